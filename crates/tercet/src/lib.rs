@@ -1,0 +1,11 @@
+//! Progressive, lossless compression of triangle meshes by reverse interpolatory √3 subdivision.
+
+mod error;
+mod limits;
+mod mesh;
+mod reverse;
+mod subdivide;
+
+pub use error::{Error, Result};
+pub use limits::Limits;
+pub use mesh::Mesh;

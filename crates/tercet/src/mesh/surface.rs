@@ -1,0 +1,168 @@
+//! A closed oriented surface as a corner table.
+//!
+//! Corner `c = 3f + k` is the k-th corner of face `f`. Its *opposite* is the corner that
+//! faces it across the edge opposite to it. Relations are implicit: the next corner, the
+//! face and the edge's two ends need no storage (Rossignac, "3D compression made simple:
+//! Edgebreaker on a corner table", 2001).
+//!
+//! ```text
+//!            next(c) = b
+//!            /|\
+//!           / | \
+//!   c = a  /  |  \  opposite(c)
+//!          \  |  /
+//!           \ | /
+//!            \|/
+//!            prev(c)
+//! ```
+//!
+//! The surface is closed: a boundary loop is filled by a fan of faces around one *virtual*
+//! vertex, so that a boundary is no special case anywhere. Virtual vertices come first:
+//! `v` is virtual exactly if `v < virtuals`.
+
+/// No corner, vertex or face.
+pub(crate) const NONE: u32 = u32::MAX;
+
+/// The next corner of the same face, counter-clockwise.
+#[inline(always)]
+pub(crate) fn next(c: u32) -> u32 {
+    if c % 3 == 2 { c - 2 } else { c + 1 }
+}
+
+/// The previous corner of the same face.
+#[inline(always)]
+pub(crate) fn prev(c: u32) -> u32 {
+    if c % 3 == 0 { c + 2 } else { c - 1 }
+}
+
+/// A closed, oriented 2-manifold; see the [module](self) for its conventions.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Surface {
+    /// The vertex at each corner; three corners a face.
+    pub vertex: Vec<u32>,
+    /// The corner across the opposite edge: an involution without fixed points.
+    pub opposite: Vec<u32>,
+    /// Number of vertices, virtual ones included. Every vertex has at least one corner.
+    pub vertices: u32,
+    /// Vertices `0..virtuals` are virtual: they fill boundary loops and have no position.
+    pub virtuals: u32,
+}
+
+impl Surface {
+    /// Number of faces, virtual ones included.
+    #[inline]
+    pub fn faces(&self) -> u32 {
+        (self.vertex.len() / 3) as u32
+    }
+
+    /// Whether `v` is a virtual vertex.
+    #[inline(always)]
+    pub fn is_virtual(&self, v: u32) -> bool {
+        v < self.virtuals
+    }
+
+    /// Whether face `f` has a virtual corner.
+    #[inline]
+    pub fn is_virtual_face(&self, f: u32) -> bool {
+        self.face(f).iter().any(|&v| self.is_virtual(v))
+    }
+
+    /// The three vertices of face `f`.
+    #[inline(always)]
+    pub fn face(&self, f: u32) -> [u32; 3] {
+        let i = 3 * f as usize;
+        [self.vertex[i], self.vertex[i + 1], self.vertex[i + 2]]
+    }
+
+    /// The vertex at corner `c`.
+    #[inline(always)]
+    pub fn at(&self, c: u32) -> u32 {
+        self.vertex[c as usize]
+    }
+
+    /// The corner across the edge opposite to `c`.
+    #[inline(always)]
+    pub fn across(&self, c: u32) -> u32 {
+        self.opposite[c as usize]
+    }
+
+    /// The corner at the same vertex in the next face counter-clockwise.
+    #[inline(always)]
+    pub fn swing(&self, c: u32) -> u32 {
+        next(self.across(next(c)))
+    }
+
+    /// The corners at the vertex of `c`, counter-clockwise from `c`.
+    ///
+    /// The i-th corner's next and previous vertices are ring members i and i + 1.
+    pub fn fan(&self, c: u32) -> impl Iterator<Item = u32> + '_ {
+        let mut at = Some(c);
+        std::iter::from_fn(move || {
+            let now = at?;
+            let following = self.swing(now);
+            at = (following != c).then_some(following);
+            Some(now)
+        })
+    }
+
+    /// One corner of every vertex: the one of smallest index.
+    pub fn any_corner(&self) -> Vec<u32> {
+        let mut corner = vec![NONE; self.vertices as usize];
+        for c in (0..self.vertex.len() as u32).rev() {
+            corner[self.at(c) as usize] = c;
+        }
+        corner
+    }
+
+    /// The number of faces at every vertex.
+    pub fn valences(&self) -> Vec<u32> {
+        let mut valence = vec![0; self.vertices as usize];
+        for &v in &self.vertex {
+            valence[v as usize] += 1;
+        }
+        valence
+    }
+
+    /// Checks every invariant; linear time. Tests call it after each operation.
+    ///
+    /// Returns what is broken, for an assertion's message.
+    #[cfg(test)]
+    pub fn validate(&self) -> Result<(), String> {
+        let n = self.vertex.len();
+        if n % 3 != 0 || self.opposite.len() != n {
+            return Err(format!("{n} corners, {} opposites", self.opposite.len()));
+        }
+        if self.virtuals > self.vertices {
+            return Err(format!("{} virtual of {} vertices", self.virtuals, self.vertices));
+        }
+        for c in 0..n as u32 {
+            let o = self.across(c);
+            if o as usize >= n || o == c || self.across(o) != c {
+                return Err(format!("corner {c}: opposite {o} is not mutual"));
+            }
+            if self.at(c) >= self.vertices {
+                return Err(format!("corner {c}: vertex {} of {}", self.at(c), self.vertices));
+            }
+            if self.at(next(c)) != self.at(prev(o)) || self.at(prev(c)) != self.at(next(o)) {
+                return Err(format!("corner {c}: its edge runs the same way in both faces"));
+            }
+        }
+        let valence = self.valences();
+        for (v, &c) in self.any_corner().iter().enumerate() {
+            if c == NONE {
+                return Err(format!("vertex {v} has no face"));
+            }
+            let mut reached = 0;
+            for d in self.fan(c) {
+                if self.at(d) != v as u32 {
+                    return Err(format!("fan of vertex {v} reaches corner {d} of another vertex"));
+                }
+                reached += 1;
+            }
+            if reached != valence[v] {
+                return Err(format!("vertex {v}: {} faces in several fans", valence[v]));
+            }
+        }
+        Ok(())
+    }
+}

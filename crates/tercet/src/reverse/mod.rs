@@ -1,0 +1,44 @@
+//! Reverse steps: from a fine surface to the coarse one that refines to it.
+//!
+//! *Vertex division* separates the vertices of a surface into *even* ones, which the coarse
+//! surface keeps, and *odd* ones, which the refinement step inserts. A surface of √3
+//! subdivision connectivity divides in one way only (`sqrt3`); on any other the encoder
+//! chooses the odd vertices (`adaptive`).
+
+use crate::mesh::Surface;
+
+/// How a level's connectivity follows from the coarser one's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum StepKind {
+    /// Split and flip bits are stored.
+    Adaptive,
+    /// Every real face is split and every edge between real faces flipped; boundary edges stay.
+    Sqrt3Even,
+    /// As `Sqrt3Even`, but a face on the boundary is instead cut in three along its boundary
+    /// edge, which receives two vertices.
+    Sqrt3Odd,
+}
+
+/// One reverse step, as the encoder found it.
+#[derive(Debug)]
+pub(crate) struct Reduction {
+    /// How `coarse` refines to the fine surface.
+    pub kind: StepKind,
+    /// The coarse surface. Its virtual vertices are those of the fine one, in the same order.
+    pub coarse: Surface,
+    /// For each coarse vertex, its number on the fine surface; ascending.
+    pub kept: Vec<u32>,
+    /// For each coarse face, whether refinement inserts a vertex in it. For `Sqrt3Odd` also
+    /// true of faces on the boundary, which receive two on their boundary edge.
+    pub split: Vec<bool>,
+    /// For each coarse corner, whether refinement flips the edge opposite to it; equal on both
+    /// sides of an edge.
+    pub flip: Vec<bool>,
+    /// For each coarse face (t0, t1, t2), a fine corner that ties the two surfaces together.
+    ///
+    /// Split with odd vertex v: the corner at v whose next vertex is t0. Unsplit and without a
+    /// flipped edge: the corner at t0 of the same face. Unsplit with a flipped edge: `NONE`.
+    /// `Sqrt3Odd` on the boundary, with boundary half-edge a→b cut at p (near a) and q (near b):
+    /// the corner at p whose next vertex is q.
+    pub anchor: Vec<u32>,
+}
