@@ -1,5 +1,6 @@
 //! Progressive, lossless compression of triangle meshes by reverse interpolatory √3 subdivision.
 
+mod entropy;
 mod error;
 mod limits;
 mod mesh;

@@ -1,0 +1,246 @@
+//! A binary arithmetic coder whose two directions share one interface.
+
+/// Codes decisions in one direction.
+///
+/// A model calls [`bit`](Coder::bit) with the decision it wants written and goes on with the
+/// decision it gets back: an encoder returns what it was given, a decoder ignores it and
+/// returns what it reads. So one function describes both directions and they cannot differ.
+pub(crate) trait Coder {
+    /// Whether the values passed in are meaningful.
+    const ENCODES: bool;
+
+    /// Codes one decision whose probability of being true is `p`/65536, 0 < p.
+    fn bit(&mut self, bit: bool, p: u16) -> bool;
+
+    /// Codes the low `bits` (≤ 16) bits of `value`, all equally likely.
+    fn raw(&mut self, value: u32, bits: u32) -> u32;
+
+    /// Codes the low `bits` (≤ 32) bits of `value`, all equally likely.
+    fn raw_wide(&mut self, value: u32, bits: u32) -> u32 {
+        if bits <= 16 {
+            return self.raw(value, bits);
+        }
+        let high = self.raw(value >> 16, bits - 16);
+        high << 16 | self.raw(value & 0xffff, 16)
+    }
+}
+
+/// The interval is renormalised by whole words when it falls below this.
+const LOW_RANGE: u64 = 1 << 32;
+
+/// Writes decisions.
+pub(crate) struct Encoder {
+    low: u64,
+    range: u64,
+    out: Vec<u8>,
+}
+
+impl Encoder {
+    pub fn new() -> Self {
+        Encoder { low: 0, range: u64::MAX, out: Vec::new() }
+    }
+
+    /// The bytes written, without the trailing zero bytes that a decoder supplies itself.
+    pub fn finish(mut self) -> Vec<u8> {
+        // The shortest number in [low, low + range): the fewer low bits it needs the better.
+        for kept in 0..=8 {
+            let mask = if kept == 8 { 0 } else { u64::MAX >> (8 * kept) };
+            let (rounded, overflow) = self.low.overflowing_add(mask);
+            let value = rounded & !mask;
+            if value.wrapping_sub(self.low) < self.range {
+                if overflow {
+                    self.carry();
+                }
+                self.out.extend_from_slice(&value.to_be_bytes());
+                break;
+            }
+        }
+        while self.out.last() == Some(&0) {
+            self.out.pop();
+        }
+        self.out
+    }
+
+    fn carry(&mut self) {
+        for byte in self.out.iter_mut().rev() {
+            *byte = byte.wrapping_add(1);
+            if *byte != 0 {
+                break;
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn narrow(&mut self, offset: u64, range: u64) {
+        let (low, overflow) = self.low.overflowing_add(offset);
+        self.low = low;
+        self.range = range;
+        if overflow {
+            self.carry();
+        }
+        if self.range < LOW_RANGE {
+            self.out.extend_from_slice(&((self.low >> 32) as u32).to_be_bytes());
+            self.low <<= 32;
+            self.range <<= 32;
+        }
+    }
+}
+
+impl Coder for Encoder {
+    const ENCODES: bool = true;
+
+    #[inline(always)]
+    fn bit(&mut self, bit: bool, p: u16) -> bool {
+        let ones = (self.range >> 16) * p as u64;
+        if bit {
+            self.narrow(0, ones)
+        } else {
+            self.narrow(ones, self.range - ones)
+        }
+        bit
+    }
+
+    #[inline]
+    fn raw(&mut self, value: u32, bits: u32) -> u32 {
+        let unit = self.range >> bits;
+        self.narrow(unit * value as u64, unit);
+        value
+    }
+}
+
+/// Reads decisions; past the end of the bytes it reads zeros.
+pub(crate) struct Decoder<'a> {
+    code: u64,
+    range: u64,
+    bytes: &'a [u8],
+    at: usize,
+}
+
+impl<'a> Decoder<'a> {
+    pub fn new(bytes: &'a [u8]) -> Self {
+        let mut decoder = Decoder { code: 0, range: u64::MAX, bytes, at: 0 };
+        decoder.code = (decoder.word() as u64) << 32;
+        decoder.code |= decoder.word() as u64;
+        decoder
+    }
+
+    /// Whether more was read than any encoder can have left out: the data are damaged or
+    /// asked for more than they hold. Callers that loop on decoded counts check it.
+    pub fn exhausted(&self) -> bool {
+        self.at > self.bytes.len() + 16
+    }
+
+    #[inline(always)]
+    fn word(&mut self) -> u32 {
+        let at = self.at;
+        self.at += 4;
+        match self.bytes.get(at..at + 4) {
+            Some(word) => u32::from_be_bytes([word[0], word[1], word[2], word[3]]),
+            None => self.tail(at),
+        }
+    }
+
+    #[cold]
+    fn tail(&self, at: usize) -> u32 {
+        (0..4).fold(0, |w, i| w << 8 | self.bytes.get(at + i).copied().unwrap_or(0) as u32)
+    }
+
+    #[inline(always)]
+    fn renormalise(&mut self) {
+        if self.range < LOW_RANGE {
+            self.code = self.code << 32 | self.word() as u64;
+            self.range <<= 32;
+        }
+    }
+}
+
+impl Coder for Decoder<'_> {
+    const ENCODES: bool = false;
+
+    #[inline(always)]
+    fn bit(&mut self, _: bool, p: u16) -> bool {
+        let ones = (self.range >> 16) * p as u64;
+        let bit = self.code < ones;
+        if bit {
+            self.range = ones;
+        } else {
+            self.code -= ones;
+            self.range -= ones;
+        }
+        self.renormalise();
+        bit
+    }
+
+    #[inline]
+    fn raw(&mut self, _: u32, bits: u32) -> u32 {
+        let unit = self.range >> bits;
+        // A valid stream never exceeds the last value; a damaged one must not either.
+        let value = (self.code / unit).min((1u64 << bits) - 1);
+        self.code = (self.code - value * unit).min(unit - 1);
+        self.range = unit;
+        self.renormalise();
+        value as u32
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn what_is_written_is_read(
+            events in prop::collection::vec((any::<bool>(), 1u16.., 0u32..=16, any::<u32>()), 0..400)
+        ) {
+            let mut encoder = Encoder::new();
+            for &(bit, p, bits, value) in &events {
+                encoder.bit(bit, p);
+                encoder.raw(value & ((1 << bits) - 1), bits);
+                encoder.raw_wide(value >> 3, 29);
+            }
+            let bytes = encoder.finish();
+            let mut decoder = Decoder::new(&bytes);
+            for &(bit, p, bits, value) in &events {
+                prop_assert_eq!(decoder.bit(false, p), bit);
+                prop_assert_eq!(decoder.raw(0, bits), value & ((1 << bits) - 1));
+                prop_assert_eq!(decoder.raw_wide(0, 29), value >> 3);
+            }
+            prop_assert!(!decoder.exhausted());
+        }
+
+        #[test]
+        fn carries_reach_as_far_back_as_they_must(n in 0usize..3000, bit: bool) {
+            let mut encoder = Encoder::new();
+            for i in 0..n {
+                encoder.bit(i + 1 == n && bit, 1);
+            }
+            let bytes = encoder.finish();
+            let mut decoder = Decoder::new(&bytes);
+            for i in 0..n {
+                prop_assert_eq!(decoder.bit(false, 1), i + 1 == n && bit);
+            }
+        }
+
+        #[test]
+        fn any_bytes_can_be_read(bytes in prop::collection::vec(any::<u8>(), 0..40)) {
+            let mut decoder = Decoder::new(&bytes);
+            for i in 0..400u32 {
+                decoder.bit(false, (i * 163 + 1) as u16);
+                let bits = i % 17;
+                prop_assert!(decoder.raw(0, bits) < 1 << bits);
+            }
+        }
+    }
+
+    #[test]
+    fn likely_decisions_cost_little_and_an_empty_stream_nothing() {
+        assert!(Encoder::new().finish().is_empty());
+        let mut encoder = Encoder::new();
+        for _ in 0..10_000 {
+            encoder.bit(true, 65_000);
+        }
+        // 10 000 · log2(65536 / 65000) bits = 14.8 bytes.
+        assert!(encoder.finish().len() <= 17);
+    }
+}

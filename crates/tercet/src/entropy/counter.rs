@@ -1,0 +1,73 @@
+//! A probability that learns.
+
+use super::stretch;
+
+/// An adaptive probability of a 1: the first outcomes move it far, later ones less.
+///
+/// After n outcomes an outcome moves it by 1/(n + 1.6) of the distance, with n held at a limit
+/// so that it goes on following a source that changes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Counter {
+    p: u16,
+    n: u16,
+}
+
+const SEEN: usize = 256;
+
+/// 65536 / (n + 1.6).
+static STEP: [u16; SEEN] = {
+    let mut table = [0; SEEN];
+    let mut n = 0;
+    while n < SEEN {
+        table[n] = (655_360 / (10 * n + 16)) as u16;
+        n += 1;
+    }
+    table
+};
+
+impl Counter {
+    pub const NEW: Counter = Counter { p: 1 << 15, n: 0 };
+
+    /// The probability of a 1, in 1/65536; never 0.
+    #[inline(always)]
+    pub fn p(self) -> u16 {
+        self.p
+    }
+
+    /// Its logit, in 1/256.
+    #[inline(always)]
+    pub fn logit(self) -> i16 {
+        stretch(self.p)
+    }
+
+    /// Learns an outcome; `limit` (< 256) bounds its memory.
+    #[inline(always)]
+    pub fn learn(&mut self, bit: bool, limit: u16) {
+        let target = if bit { 65503 } else { 32 };
+        let step = STEP[(self.n & 255) as usize] as i32;
+        self.p = (self.p as i32 + (((target - self.p as i32) * step) >> 16)) as u16;
+        self.n += (self.n < limit) as u16;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_counter_finds_the_frequency_and_stays_within_bounds() {
+        let mut counter = Counter::NEW;
+        for i in 0..3000u32 {
+            counter.learn(i % 4 == 0, 250);
+        }
+        assert!((counter.p() as i32 - 16384).abs() < 300);
+        for _ in 0..10_000 {
+            counter.learn(true, 250);
+        }
+        assert!(counter.p() > 65_000);
+        for _ in 0..20_000 {
+            counter.learn(false, 250);
+        }
+        assert!(counter.p() > 0 && counter.p() < 600);
+    }
+}

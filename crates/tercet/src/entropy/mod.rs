@@ -1,0 +1,19 @@
+//! Adaptive binary arithmetic coding with mixed models, in integers only.
+//!
+//! A decision is coded in three steps. *Counters* and parametric *experts* each give an
+//! opinion as a logit; a *mixer* weighs them into one probability; the *coder* spends
+//! −log₂ p bits on the outcome. Each model learns from the outcome at once, so that encoder
+//! and decoder stay in step. Mixing in the logistic domain follows Mahoney, "Adaptive
+//! weighing of context models for lossless data compression", 2005.
+//!
+//! Probabilities are of a 1, in 1/65536. Logits are in 1/256: 256 means odds of e to 1.
+
+mod coder;
+mod counter;
+mod logistic;
+mod mixer;
+
+pub(crate) use coder::{Coder, Decoder, Encoder};
+pub(crate) use counter::Counter;
+pub(crate) use logistic::{LOGIT_LIMIT, log_expm1, log2_fixed, softplus, squash, stretch};
+pub(crate) use mixer::{Mix, Mixer};
