@@ -4,8 +4,10 @@
 //! Everything from the reverse step on works on a [`Surface`]: a closed, oriented,
 //! manifold corner table without positions.
 
+mod cut;
 mod surface;
 
+pub(crate) use cut::{Cut, cut};
 pub(crate) use surface::{NONE, Surface, next, prev};
 
 use crate::{Error, Result};
