@@ -1,5 +1,6 @@
 //! Progressive, lossless compression of triangle meshes by reverse interpolatory √3 subdivision.
 
+mod coding;
 mod entropy;
 mod error;
 mod limits;

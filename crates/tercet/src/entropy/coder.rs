@@ -23,6 +23,12 @@ pub(crate) trait Coder {
         let high = self.raw(value >> 16, bits - 16);
         high << 16 | self.raw(value & 0xffff, 16)
     }
+
+    /// Whether more was read than any encoder can have left out: the data are damaged or
+    /// announce more than they hold. Loops over announced counts check it.
+    fn exhausted(&self) -> bool {
+        false
+    }
 }
 
 /// The interval is renormalised by whole words when it falls below this.
@@ -124,12 +130,6 @@ impl<'a> Decoder<'a> {
         decoder
     }
 
-    /// Whether more was read than any encoder can have left out: the data are damaged or
-    /// asked for more than they hold. Callers that loop on decoded counts check it.
-    pub fn exhausted(&self) -> bool {
-        self.at > self.bytes.len() + 16
-    }
-
     #[inline(always)]
     fn word(&mut self) -> u32 {
         let at = self.at;
@@ -180,6 +180,10 @@ impl Coder for Decoder<'_> {
         self.range = unit;
         self.renormalise();
         value as u32
+    }
+
+    fn exhausted(&self) -> bool {
+        self.at > self.bytes.len() + 16
     }
 }
 

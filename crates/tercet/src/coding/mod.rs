@@ -1,0 +1,10 @@
+//! What the bits of a file mean: every model, context and symbol, once for both directions.
+//!
+//! Each function is generic over a [`Coder`](crate::entropy::Coder). Encoding, it is given what
+//! to write; decoding, it ignores that and returns what it reads. In between both run the same
+//! lines on the same integers.
+
+mod base;
+mod model;
+
+pub(crate) use base::{Base, code_base};
