@@ -1,11 +1,13 @@
 //! Progressive, lossless compression of triangle meshes by reverse interpolatory √3 subdivision.
 
+mod container;
 mod error;
 mod limits;
 mod mesh;
 mod reverse;
 mod subdivide;
 
+pub use container::Precision;
 pub use error::{Error, Result};
 pub use limits::Limits;
 pub use mesh::Mesh;
