@@ -1,6 +1,7 @@
 //! Progressive, lossless compression of triangle meshes by reverse interpolatory √3 subdivision.
 
 mod coding;
+mod container;
 mod entropy;
 mod error;
 mod limits;
@@ -8,6 +9,7 @@ mod mesh;
 mod reverse;
 mod subdivide;
 
+pub use container::Precision;
 pub use error::{Error, Result};
 pub use limits::Limits;
 pub use mesh::Mesh;

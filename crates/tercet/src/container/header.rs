@@ -1,0 +1,130 @@
+//! The header: what the file holds, and the table of its sections.
+
+use super::fields::{Fields, malformed};
+use super::section::{self, Entry, LevelEntry, Part, Section, Supplement};
+use super::{Precision, unsupported, varint};
+use crate::{Error, Limits, Result};
+
+/// Flag: vertices and faces come back in the order of the original.
+const ORDER_KEPT: u8 = 1;
+/// Streams that a level's bytes consist of; more than one are for regions, in a later version.
+const STREAMS: u32 = 1;
+
+/// What a file says of itself, except where its sections lie.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Outline {
+    /// Whether vertices and faces come back in the order of the original.
+    pub(crate) order_kept: bool,
+    pub(crate) precision: Precision,
+    /// Vertices of the original mesh.
+    pub(crate) vertices: u32,
+    /// Faces of the original mesh.
+    pub(crate) faces: u32,
+    /// The base, then each level above it; at least the base.
+    pub(crate) levels: Vec<LevelEntry>,
+    /// The sections after the levels, in the order of their types.
+    pub(crate) supplements: Vec<Supplement>,
+}
+
+/// A header that was received whole: its checksum holds and its fields are in their ranges.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Header {
+    pub(crate) outline: Outline,
+    /// The sections in the order of the file: one for each level, one for each supplement.
+    pub(crate) sections: Vec<Section>,
+}
+
+impl Outline {
+    /// Fails if a rule of the format document is broken.
+    pub(super) fn check(&self) -> Result<()> {
+        self.precision.check()?;
+        section::check_count(self.vertices, "vertices")?;
+        section::check_count(self.faces, "faces")?;
+        LevelEntry::check_all(&self.levels)?;
+        Supplement::check_all(&self.supplements)?;
+        if self.supplements.contains(&Supplement::Order) && !self.order_kept {
+            return Err(malformed("flags", "there is an order section, but the order is not kept"));
+        }
+        Ok(())
+    }
+
+    /// The header's bytes, for sections of the given lengths and CRC-32s.
+    pub(super) fn write(&self, extents: &[(u32, u32)]) -> Vec<u8> {
+        let mut out = vec![if self.order_kept { ORDER_KEPT } else { 0 }];
+        varint::write(&mut out, STREAMS.into());
+        self.precision.write(&mut out);
+        varint::write(&mut out, self.vertices.into());
+        varint::write(&mut out, self.faces.into());
+        varint::write(&mut out, extents.len() as u64);
+        let levels = self.levels.iter().map(|&level| Entry::Level(level));
+        let supplements = self.supplements.iter().map(|&supplement| Entry::Supplement(supplement));
+        for (entry, &(length, crc)) in levels.chain(supplements).zip(extents) {
+            entry.write(&mut out, length, crc);
+        }
+        out
+    }
+}
+
+impl Header {
+    /// Parses the header's fields, whose checksum has been verified. The first section
+    /// starts `offset` bytes into the file.
+    ///
+    /// # Errors
+    /// [`Error::Format`] or [`Error::Unsupported`] for what the fields say,
+    /// [`Error::Limit`] for a section that must be held whole and is too large.
+    pub(super) fn read(mut fields: Fields, offset: u64, limits: &Limits) -> Result<Header> {
+        let flags = fields.byte("flags")?;
+        if flags & !ORDER_KEPT != 0 {
+            return Err(unsupported(format!("flags {flags:#04x}")));
+        }
+        let streams = fields.u32("streams")?;
+        if streams != STREAMS {
+            return Err(unsupported(format!("{streams} streams in a level")));
+        }
+        let mut outline = Outline {
+            order_kept: flags & ORDER_KEPT != 0,
+            precision: Precision::read(&mut fields)?,
+            vertices: section::read_count(&mut fields, "vertices")?,
+            faces: section::read_count(&mut fields, "faces")?,
+            levels: Vec::new(),
+            supplements: Vec::new(),
+        };
+        let sections = read_table(&mut fields, &mut outline, offset)?;
+        fields.end()?;
+        outline.check()?;
+        for section in &sections {
+            // An optional section is passed over, not held.
+            if !matches!(section.part, Part::Supplement(Supplement::Optional(_))) {
+                limits.check("bytes of a section", section.length.into(), 1)?;
+            }
+        }
+        Ok(Header { outline, sections })
+    }
+}
+
+/// Reads the section table into `outline`'s lists and returns the sections.
+///
+/// The count it starts with reserves nothing: a table grows no longer than the header that holds it.
+fn read_table(fields: &mut Fields, outline: &mut Outline, mut offset: u64) -> Result<Vec<Section>> {
+    let mut sections = Vec::new();
+    for _ in 0..fields.u32("sections")? {
+        let (entry, length, crc) = Entry::read(fields)?;
+        let part = match entry {
+            Entry::Level(_) if !outline.supplements.is_empty() => {
+                return Err(Error::format("header", "section table: a level follows another section"));
+            }
+            Entry::Level(level) => {
+                outline.levels.push(level);
+                Part::Level(outline.levels.len() - 1)
+            }
+            Entry::Supplement(supplement) => {
+                outline.supplements.push(supplement);
+                Part::Supplement(supplement)
+            }
+        };
+        let section = Section { part, offset, length, crc };
+        offset = section.end();
+        sections.push(section);
+    }
+    Ok(sections)
+}

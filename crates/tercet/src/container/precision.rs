@@ -1,0 +1,223 @@
+//! What the integer coordinates of a file stand for.
+
+use super::fields::{Fields, malformed};
+use super::varint;
+use crate::Result;
+
+/// Largest magnitude of an integer origin: origin + q cannot leave an `i64` for any `q` < 2^62.
+const MAX_ORIGIN: u64 = 1 << 62;
+/// Exponents of the least and the greatest power of two that an `f32` can hold.
+const BINARY_EXPONENTS: std::ops::RangeInclusive<i64> = -149..=127;
+/// Longest side of a box of finite `f32` corners, the two largest apart.
+const MAX_SIDE: f64 = 2.0 * f32::MAX as f64;
+
+/// How the integer coordinates `q` of a file become positions, axis by axis.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Precision {
+    /// Lossy, a cubic lattice over the bounding box: `origin + q · side / (2^bits − 1)`.
+    Lattice {
+        /// Bits of the longest side, 4..=24.
+        bits: u8,
+        /// The least corner of the bounding box; finite.
+        origin: [f32; 3],
+        /// The longest side of the bounding box; finite, not negative, 0 for a single point.
+        side: f64,
+    },
+    /// Exact: the `f32` nearest to `(origin + q) / 10^exponent`.
+    Decimal {
+        /// Digits after the decimal point, 0..=9.
+        exponent: u8,
+        /// Of magnitude at most 2^62.
+        origin: [i64; 3],
+    },
+    /// Exact: `(origin + q) · 2^exponent`.
+    Binary {
+        /// Exponent of the lattice's step, −149..=127.
+        exponent: i16,
+        /// Of magnitude at most 2^62.
+        origin: [i64; 3],
+    },
+    /// Exact, in two stages: levels lie on the lattice `(origin + q) · 2^exponent`,
+    /// and a section after them restores the bits that the lattice lacks.
+    Refined {
+        /// Exponent of the lattice's step, −149..=127.
+        exponent: i16,
+        /// Of magnitude at most 2^62.
+        origin: [i64; 3],
+    },
+}
+
+impl Precision {
+    /// Appends the precision block: a tag byte and the fields of that tag.
+    pub(super) fn write(&self, out: &mut Vec<u8>) {
+        match *self {
+            Precision::Lattice { bits, origin, side } => {
+                out.extend([0, bits]);
+                out.extend(origin.iter().flat_map(|x| x.to_le_bytes()));
+                out.extend(side.to_le_bytes());
+            }
+            Precision::Decimal { exponent, origin } => {
+                out.extend([1, exponent]);
+                write_origin(out, origin);
+            }
+            Precision::Binary { exponent, origin } => {
+                out.push(2);
+                varint::write_signed(out, exponent.into());
+                write_origin(out, origin);
+            }
+            Precision::Refined { exponent, origin } => {
+                out.push(3);
+                varint::write_signed(out, exponent.into());
+                write_origin(out, origin);
+            }
+        }
+    }
+
+    /// Reads a precision block; the result has passed [`Precision::check`].
+    pub(super) fn read(fields: &mut Fields) -> Result<Self> {
+        let precision = match fields.byte("precision")? {
+            0 => {
+                let [bits] = fields.array("lattice bits")?;
+                let mut origin = [0.0; 3];
+                for x in &mut origin {
+                    *x = f32::from_le_bytes(fields.array("lattice origin")?);
+                }
+                Precision::Lattice { bits, origin, side: f64::from_le_bytes(fields.array("lattice side")?) }
+            }
+            1 => Precision::Decimal {
+                exponent: fields.byte("decimal exponent")?,
+                origin: read_origin(fields)?,
+            },
+            2 => Precision::Binary { exponent: read_exponent(fields)?, origin: read_origin(fields)? },
+            3 => Precision::Refined { exponent: read_exponent(fields)?, origin: read_origin(fields)? },
+            tag => return Err(super::unsupported(format!("precision {tag}"))),
+        };
+        precision.check()?;
+        Ok(precision)
+    }
+
+    /// Fails if a field is out of the range that its documentation states.
+    pub(super) fn check(&self) -> Result<()> {
+        match self {
+            Precision::Lattice { bits, origin, side } => {
+                if !(4..=24).contains(bits) {
+                    return Err(malformed("lattice bits", format!("{bits} is not in 4..=24")));
+                }
+                if let Some(x) = origin.iter().find(|x| !x.is_finite()) {
+                    return Err(malformed("lattice origin", format!("{x} is not a finite number")));
+                }
+                if !(0.0..=MAX_SIDE).contains(side) || side.is_sign_negative() {
+                    return Err(malformed("lattice side", format!("{side} is not the side of a box")));
+                }
+                Ok(())
+            }
+            Precision::Decimal { exponent, origin } => {
+                if *exponent > 9 {
+                    return Err(malformed("decimal exponent", format!("{exponent} is not in 0..=9")));
+                }
+                check_origin(origin)
+            }
+            Precision::Binary { exponent, origin } | Precision::Refined { exponent, origin } => {
+                check_exponent(i64::from(*exponent))?;
+                check_origin(origin)
+            }
+        }
+    }
+}
+
+fn write_origin(out: &mut Vec<u8>, origin: [i64; 3]) {
+    for x in origin {
+        varint::write_signed(out, x);
+    }
+}
+
+fn read_origin(fields: &mut Fields) -> Result<[i64; 3]> {
+    Ok([fields.i64("origin x")?, fields.i64("origin y")?, fields.i64("origin z")?])
+}
+
+fn read_exponent(fields: &mut Fields) -> Result<i16> {
+    let exponent = fields.i64("binary exponent")?;
+    check_exponent(exponent)?;
+    // The cast keeps the value: the range just checked lies within an i16.
+    Ok(exponent as i16)
+}
+
+fn check_exponent(exponent: i64) -> Result<()> {
+    if !BINARY_EXPONENTS.contains(&exponent) {
+        return Err(malformed("binary exponent", format!("{exponent} is not in −149..=127")));
+    }
+    Ok(())
+}
+
+fn check_origin(origin: &[i64; 3]) -> Result<()> {
+    match origin.iter().find(|x| x.unsigned_abs() > MAX_ORIGIN) {
+        Some(x) => Err(malformed("origin", format!("{x} is beyond 2^62"))),
+        None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Error;
+
+    fn refusal(precision: Precision) -> String {
+        let mut bytes = Vec::new();
+        precision.write(&mut bytes);
+        match Precision::read(&mut Fields::new(&bytes)) {
+            Err(Error::Format { cause, .. }) => cause,
+            other => panic!("{precision:?} was read as {other:?}"),
+        }
+    }
+
+    #[test]
+    fn fields_out_of_range_are_refused() {
+        let lattice = |bits, x, side| Precision::Lattice { bits, origin: [0.0, x, 0.0], side };
+        assert!(refusal(lattice(3, 0.0, 1.0)).starts_with("lattice bits: 3"));
+        assert!(refusal(lattice(25, 0.0, 1.0)).starts_with("lattice bits: 25"));
+        assert!(refusal(lattice(12, f32::NAN, 1.0)).starts_with("lattice origin: NaN"));
+        assert!(refusal(lattice(12, f32::INFINITY, 1.0)).starts_with("lattice origin: inf"));
+        for side in [f64::NAN, f64::INFINITY, -1.0, -0.0, 1e39] {
+            assert!(refusal(lattice(12, 0.0, side)).starts_with("lattice side: "), "{side}");
+        }
+        let far = (1i64 << 62) + 1;
+        assert!(
+            refusal(Precision::Decimal { exponent: 10, origin: [0; 3] }).starts_with("decimal exponent: 10")
+        );
+        assert!(refusal(Precision::Decimal { exponent: 9, origin: [0, 0, far] }).starts_with("origin: "));
+        assert!(
+            refusal(Precision::Binary { exponent: -150, origin: [0; 3] })
+                .starts_with("binary exponent: -150")
+        );
+        assert!(
+            refusal(Precision::Refined { exponent: 128, origin: [0; 3] }).starts_with("binary exponent: 128")
+        );
+        assert!(
+            refusal(Precision::Refined { exponent: 0, origin: [i64::MIN, 0, 0] }).starts_with("origin: ")
+        );
+    }
+
+    #[test]
+    fn the_ends_of_every_range_are_accepted() {
+        let far = 1i64 << 62;
+        for precision in [
+            Precision::Lattice { bits: 4, origin: [f32::MIN, -0.0, f32::MAX], side: 0.0 },
+            Precision::Lattice { bits: 24, origin: [0.0; 3], side: MAX_SIDE },
+            Precision::Decimal { exponent: 0, origin: [far, -far, 0] },
+            Precision::Decimal { exponent: 9, origin: [0; 3] },
+            Precision::Binary { exponent: -149, origin: [far, -far, 0] },
+            Precision::Refined { exponent: 127, origin: [-1, 1, 0] },
+        ] {
+            let mut bytes = Vec::new();
+            precision.write(&mut bytes);
+            let mut fields = Fields::new(&bytes);
+            assert_eq!(Precision::read(&mut fields).unwrap(), precision);
+            fields.end().unwrap();
+        }
+    }
+
+    #[test]
+    fn an_unknown_precision_is_a_feature_of_a_later_version() {
+        assert!(matches!(Precision::read(&mut Fields::new(&[4])), Err(Error::Unsupported(_))));
+    }
+}

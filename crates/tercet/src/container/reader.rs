@@ -1,0 +1,251 @@
+//! Taking a file apart as its bytes arrive.
+
+use std::collections::VecDeque;
+use std::io;
+
+use super::fields::Fields;
+use super::section::{Part, Section, Supplement};
+use super::{CRC_BYTES, Header, MAGIC, MAX_HEADER, VERSION, varint};
+use crate::{Error, Limits, Result};
+
+/// Reads a file from bytes in portions of any size.
+///
+/// Every section is given out once, in the order of the file, and only after its checksum
+/// has been verified. What comes out depends on the bytes alone, not on their portions:
+/// the verified sections before a fault, and then the fault, again and again.
+///
+/// Holds the header (64 KiB at most), the section in flight, and the sections that have
+/// arrived but not been taken; the memory for a section grows with the bytes that arrive,
+/// never beyond its declared length, which [`Limits`] bound.
+pub(crate) struct Reader {
+    limits: Limits,
+    /// The file from its magic to the header's checksum; empty once it is parsed.
+    preamble: Vec<u8>,
+    header: Option<Header>,
+    /// Index of the section in flight.
+    index: usize,
+    flight: Flight,
+    ready: VecDeque<(Part, Vec<u8>)>,
+    failure: Option<Error>,
+}
+
+impl Reader {
+    /// A reader that waits for the first byte of a file.
+    pub(crate) fn new(limits: Limits) -> Self {
+        Reader {
+            limits,
+            preamble: Vec::new(),
+            header: None,
+            index: 0,
+            flight: Flight::default(),
+            ready: VecDeque::new(),
+            failure: None,
+        }
+    }
+
+    /// Takes the next bytes of the file. A fault in them is kept for
+    /// [`next_section`](Reader::next_section), behind the sections before it;
+    /// bytes after a fault are ignored. Takes time linear in `bytes`.
+    pub(crate) fn push(&mut self, bytes: &[u8]) {
+        if self.failure.is_none() {
+            self.failure = self.accept(bytes).err();
+        }
+    }
+
+    /// The header, once it has arrived and been verified.
+    pub(crate) fn header(&self) -> Option<&Header> {
+        self.header.as_ref()
+    }
+
+    /// The next section whose bytes are all there, or `None` if it needs more bytes or
+    /// there are no more sections. Optional sections are verified and passed over.
+    ///
+    /// # Errors
+    /// The first fault in the file, once the sections before it are taken.
+    pub(crate) fn next_section(&mut self) -> Result<Option<(Part, Vec<u8>)>> {
+        match (self.ready.pop_front(), &self.failure) {
+            (Some(section), _) => Ok(Some(section)),
+            (None, Some(failure)) => Err(repeated(failure)),
+            (None, None) => Ok(None),
+        }
+    }
+
+    /// Whether the bytes so far are a whole file.
+    ///
+    /// # Errors
+    /// The first fault in the file, or [`Error::Truncated`] naming the section that is
+    /// cut short, with its bytes present and needed.
+    pub(crate) fn finish(&self) -> Result<()> {
+        if let Some(failure) = &self.failure {
+            return Err(repeated(failure));
+        }
+        let Some(header) = &self.header else {
+            return Err(Error::Truncated {
+                place: "header".into(),
+                have: self.preamble.len() as u64,
+                need: preamble_length(&self.preamble)? as u64,
+            });
+        };
+        match header.sections.get(self.index) {
+            None => Ok(()),
+            Some(section) => Err(Error::Truncated {
+                place: section.part.to_string(),
+                have: self.flight.received.into(),
+                need: section.length.into(),
+            }),
+        }
+    }
+
+    /// Bytes reserved for the section in flight.
+    #[cfg(test)]
+    pub(super) fn memory(&self) -> usize {
+        self.flight.payload.capacity()
+    }
+
+    fn accept(&mut self, bytes: &[u8]) -> Result<()> {
+        let mut rest = bytes;
+        if self.header.is_none() {
+            rest = self.accept_preamble(rest)?;
+        }
+        let Some(header) = &self.header else { return Ok(()) };
+        // Not "while bytes are left": an empty section is complete without any.
+        while let Some(section) = header.sections.get(self.index) {
+            rest = self.flight.take(section, rest);
+            if self.flight.received < section.length {
+                return Ok(());
+            }
+            let payload = std::mem::take(&mut self.flight).verify(section)?;
+            self.ready.extend(payload.map(|payload| (section.part, payload)));
+            self.index += 1;
+        }
+        match rest {
+            [] => Ok(()),
+            _ => Err(Error::format("end of file", "bytes follow the last section")),
+        }
+    }
+
+    /// Takes bytes until the header is complete, and parses it. Returns the bytes after it.
+    fn accept_preamble<'a>(&mut self, mut bytes: &'a [u8]) -> Result<&'a [u8]> {
+        loop {
+            let need = preamble_length(&self.preamble)?;
+            if self.preamble.len() == need {
+                let preamble = std::mem::take(&mut self.preamble);
+                self.header = Some(parse_preamble(&preamble, &self.limits)?);
+                return Ok(bytes);
+            }
+            if bytes.is_empty() {
+                return Ok(bytes);
+            }
+            let (taken, rest) = bytes.split_at(bytes.len().min(need - self.preamble.len()));
+            self.preamble.extend_from_slice(taken);
+            bytes = rest;
+        }
+    }
+}
+
+/// The section that is arriving.
+#[derive(Default)]
+struct Flight {
+    /// Bytes received; stays empty for an optional section.
+    payload: Vec<u8>,
+    received: u32,
+    crc: crc32fast::Hasher,
+}
+
+impl Flight {
+    /// Takes what belongs to `section` from the front of `bytes`, returns the rest.
+    fn take<'a>(&mut self, section: &Section, bytes: &'a [u8]) -> &'a [u8] {
+        let missing = section.length - self.received;
+        let count = missing.min(u32::try_from(bytes.len()).unwrap_or(u32::MAX));
+        let (taken, rest) = bytes.split_at(count as usize);
+        self.crc.update(taken);
+        self.received += count;
+        if !is_optional(section) {
+            self.reserve(taken.len(), section.length as usize);
+            self.payload.extend_from_slice(taken);
+        }
+        rest
+    }
+
+    /// Makes room for `more` bytes by doubling, but never for more than the section has.
+    fn reserve(&mut self, more: usize, length: usize) {
+        let (held, room) = (self.payload.len(), self.payload.capacity());
+        if room - held < more {
+            let wanted = room.saturating_mul(2).max(held + more).min(length);
+            self.payload.reserve_exact(wanted - held);
+        }
+    }
+
+    /// Checks a complete section; returns its bytes unless it is optional.
+    fn verify(self, section: &Section) -> Result<Option<Vec<u8>>> {
+        let computed = self.crc.finalize();
+        if computed != section.crc {
+            return Err(Error::Checksum { place: section.part.to_string(), stored: section.crc, computed });
+        }
+        Ok((!is_optional(section)).then_some(self.payload))
+    }
+}
+
+fn is_optional(section: &Section) -> bool {
+    matches!(section.part, Part::Supplement(Supplement::Optional(_)))
+}
+
+/// Bytes from the file's start through the header's checksum, as far as `bytes`, the start
+/// of a file, tell: exactly `bytes.len()` if they are complete, otherwise more.
+fn preamble_length(bytes: &[u8]) -> Result<usize> {
+    let known = bytes.len().min(MAGIC.len());
+    if bytes[..known] != MAGIC[..known] {
+        return Err(Error::format("magic", "this is not a .tct file"));
+    }
+    let Some((&version, rest)) = bytes[known..].split_first() else {
+        return Ok(MAGIC.len() + 1);
+    };
+    if version != VERSION {
+        return Err(Error::Unsupported(format!(
+            "format version {version}: this version of tercet reads version {VERSION} only"
+        )));
+    }
+    let found = varint::read(rest, 32).map_err(|cause| Error::format("header length", cause))?;
+    let Some((header, field)) = found else { return Ok(bytes.len() + 1) };
+    if header > MAX_HEADER {
+        return Err(Error::format(
+            "header length",
+            format!("{header} bytes, at most {MAX_HEADER} are allowed"),
+        ));
+    }
+    Ok(MAGIC.len() + 1 + field + header as usize + CRC_BYTES)
+}
+
+/// Verifies and parses a file from its magic through the header's checksum, which
+/// [`preamble_length`] has found to be complete.
+fn parse_preamble(bytes: &[u8], limits: &Limits) -> Result<Header> {
+    let (covered, stored) = bytes.split_at(bytes.len() - CRC_BYTES);
+    let stored = u32::from_le_bytes(Fields::new(stored).array("checksum")?);
+    let computed = crc32fast::hash(covered);
+    if stored != computed {
+        return Err(Error::Checksum { place: "header".into(), stored, computed });
+    }
+    let mut fields = Fields::new(covered);
+    fields.array::<{ MAGIC.len() + 1 }>("magic and version")?;
+    fields.u32("header length")?;
+    Header::read(fields, bytes.len() as u64, limits)
+}
+
+/// The same error once more: errors hold an [`io::Error`] in one variant and cannot be cloned.
+fn repeated(error: &Error) -> Error {
+    match error {
+        Error::Io(cause) => Error::Io(io::Error::new(cause.kind(), cause.to_string())),
+        Error::Syntax { place, cause } => Error::syntax(place, cause),
+        Error::Mesh { place, cause } => Error::mesh(place, cause),
+        Error::Format { place, cause } => Error::format(place, cause),
+        Error::Checksum { place, stored, computed } => {
+            Error::Checksum { place: place.clone(), stored: *stored, computed: *computed }
+        }
+        Error::Truncated { place, have, need } => {
+            Error::Truncated { place: place.clone(), have: *have, need: *need }
+        }
+        Error::Unsupported(cause) => Error::Unsupported(cause.clone()),
+        Error::Limit { what, needed, allowed } => Error::Limit { what, needed: *needed, allowed: *allowed },
+        Error::Parameter(cause) => Error::Parameter(cause.clone()),
+    }
+}

@@ -1,0 +1,46 @@
+//! Assembling a file.
+
+use super::{CRC_BYTES, MAGIC, MAX_HEADER, Outline, VERSION, varint};
+use crate::{Error, Result};
+
+/// A whole file: the header made from `outline`, then `payloads`, one for each of its
+/// levels and one for each of its supplements, in this order.
+///
+/// Takes time and memory linear in the payloads.
+///
+/// # Errors
+/// [`Error::Format`] if `outline` breaks a rule of the format, [`Error::Limit`] if a
+/// payload or the header is larger than the format allows.
+///
+/// # Panics
+/// If the number of payloads is not that of the sections.
+pub(crate) fn write(outline: &Outline, payloads: &[Vec<u8>]) -> Result<Vec<u8>> {
+    assert_eq!(payloads.len(), outline.levels.len() + outline.supplements.len(), "one payload a section");
+    outline.check()?;
+    let mut extents = Vec::with_capacity(payloads.len());
+    for payload in payloads {
+        let length = u32::try_from(payload.len())
+            .map_err(|_| too_large("bytes of a section", payload.len(), u32::MAX.into()))?;
+        extents.push((length, crc32fast::hash(payload)));
+    }
+    let header = outline.write(&extents);
+    if header.len() as u64 > MAX_HEADER {
+        return Err(too_large("bytes of the header", header.len(), MAX_HEADER));
+    }
+
+    let total: usize = payloads.iter().map(Vec::len).sum();
+    let mut out = Vec::with_capacity(MAGIC.len() + 1 + 5 + header.len() + CRC_BYTES + total);
+    out.extend(MAGIC);
+    out.push(VERSION);
+    varint::write(&mut out, header.len() as u64);
+    out.extend(header);
+    out.extend(crc32fast::hash(&out).to_le_bytes());
+    for payload in payloads {
+        out.extend_from_slice(payload);
+    }
+    Ok(out)
+}
+
+fn too_large(what: &'static str, needed: usize, allowed: u64) -> Error {
+    Error::Limit { what, needed: needed as u64, allowed }
+}
