@@ -19,8 +19,7 @@ fn normals(surface: &Surface, positions: &[Point]) -> Vec<[i32; 3]> {
             continue;
         }
         let p = t.map(|v| positions[v as usize]);
-        // Sixteen times smaller, so that the sum over a large fan stays in range.
-        let n = cross(sub(p[1], p[0]), sub(p[2], p[0])).map(|x| x / 16);
+        let n = cross(sub(p[1], p[0]), sub(p[2], p[0]));
         for v in t {
             add_to(&mut sums[v as usize], n);
         }

@@ -29,10 +29,11 @@ pub(crate) fn dot(a: Vector, b: Vector) -> i64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
+/// Adds within the range of an `i64`: the sum over a fan of thousands could leave it.
 #[inline(always)]
 pub(crate) fn add_to(sum: &mut Vector, a: Vector) {
     for k in 0..3 {
-        sum[k] += a[k];
+        sum[k] = sum[k].saturating_add(a[k]);
     }
 }
 
