@@ -1,6 +1,7 @@
 //! Progressive, lossless compression of triangle meshes by reverse interpolatory √3 subdivision.
 
 mod error;
+pub mod io;
 mod limits;
 mod mesh;
 mod reverse;
