@@ -5,7 +5,13 @@
 //! subdivision connectivity divides in one way only (`sqrt3`); on any other the encoder
 //! chooses the odd vertices (`adaptive`).
 
+mod adaptive;
+mod lift;
+
 use crate::mesh::Surface;
+
+pub(crate) use adaptive::reduce;
+pub(crate) use lift::lift;
 
 /// How a level's connectivity follows from the coarser one's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
