@@ -7,17 +7,7 @@
 
 use crate::mesh::Surface;
 
-/// How a level's connectivity follows from the coarser one's.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum StepKind {
-    /// Split and flip bits are stored.
-    Adaptive,
-    /// Every real face is split and every edge between real faces flipped; boundary edges stay.
-    Sqrt3Even,
-    /// As `Sqrt3Even`, but a face on the boundary is instead cut in three along its boundary
-    /// edge, which receives two vertices.
-    Sqrt3Odd,
-}
+pub(crate) use crate::subdivide::StepKind;
 
 /// One reverse step, as the encoder found it.
 #[derive(Debug)]
