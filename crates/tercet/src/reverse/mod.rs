@@ -5,7 +5,11 @@
 //! subdivision connectivity divides in one way only (`sqrt3`); on any other the encoder
 //! chooses the odd vertices (`adaptive`).
 
+mod sqrt3;
+
 use crate::mesh::Surface;
+
+pub(crate) use sqrt3::{Division, divide, removed};
 
 pub(crate) use crate::subdivide::StepKind;
 
@@ -29,6 +33,7 @@ pub(crate) struct Reduction {
     /// Split with odd vertex v: the corner at v whose next vertex is t0. Unsplit and without a
     /// flipped edge: the corner at t0 of the same face. Unsplit with a flipped edge: `NONE`.
     /// `Sqrt3Odd` on the boundary, with boundary half-edge a→b cut at p (near a) and q (near b):
-    /// the corner at p whose next vertex is q.
+    /// the corner at p whose next vertex is q; the virtual face behind it: the corner at q whose
+    /// next vertex is p.
     pub anchor: Vec<u32>,
 }
