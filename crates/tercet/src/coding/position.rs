@@ -6,11 +6,11 @@
 //! follow in the order of the surface's normal: along the two axes that lie most nearly in the
 //! surface first, and on the last one every expectation is moved into the tangent plane.
 
-use super::predict::FRACTION_BITS;
+use crate::subdivide::FRACTION_BITS;
 use super::residual::{CONTEXTS, EXPERTS, Expert, ResidualModels, Situation};
 use super::ring::{Neighbourhood, Ring};
 use super::scale::{Scale, ScaleCell};
-use super::vector::{Point, Vector};
+use super::vector::{COORDINATE_LIMIT, Point, Vector};
 use crate::entropy::{Coder, log2_fixed};
 use crate::mesh::Surface;
 
@@ -48,8 +48,9 @@ pub(crate) struct Pass<'a> {
     /// Estimates of the vertices to be coded, in 1/256; empty if there are none.
     pub estimates: &'a [Vector],
     pub order: AxisOrder,
-    /// Width of a coordinate where nothing near is known.
+    /// Width of a coordinate where nothing near is known, and what is subtracted from it.
     pub bits: u32,
+    pub origin: Point,
 }
 
 /// The models of positions; they live as long as the file.
@@ -100,7 +101,7 @@ impl PositionModels {
             ring.gather(pass.surface, corner, v, positions);
             let point = if ring.known() == 0 {
                 errors.push([0; 3]);
-                positions[v as usize].map(|x| coder.raw_wide(x as u32, pass.bits) as i32)
+                self.plain(coder, pass, positions[v as usize])
             } else {
                 let i = (v - pass.first) as usize;
                 let around = Neighbourhood::new(&ring, pass, positions, &errors, pass.estimates.get(i), rough);
@@ -116,6 +117,14 @@ impl PositionModels {
             };
             positions[v as usize] = point;
         }
+    }
+
+    /// A vertex without a known neighbour: its coordinates as they are.
+    fn plain<C: Coder>(&mut self, coder: &mut C, pass: &Pass, target: Point) -> Point {
+        [0, 1, 2].map(|k| {
+            let offset = coder.raw_wide(target[k].wrapping_sub(pass.origin[k]) as u32, pass.bits);
+            pass.origin[k].wrapping_add(offset as i32).clamp(-COORDINATE_LIMIT, COORDINATE_LIMIT)
+        })
     }
 
     fn vertex<C: Coder>(

@@ -1,7 +1,7 @@
 //! What is known around a vertex, and where that places it.
 
 use super::position::{Pass, Roughness, bin};
-use super::predict::FRACTION_BITS;
+use crate::subdivide::FRACTION_BITS;
 use super::residual::EXPERTS;
 use super::vector::{Point, Vector, add_to, cross, sub};
 use crate::mesh::{NONE, Surface, next};
