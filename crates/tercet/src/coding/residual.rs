@@ -13,6 +13,7 @@
 //! Counters under geometric contexts add what the distributions do not know, and a mixer weighs
 //! them all.
 
+use super::model::number;
 use super::scale::Scale;
 use super::vector::COORDINATE_LIMIT;
 use crate::entropy::{Coder, Counter, LOGIT_LIMIT, Mixer, log_expm1, softplus, squash};
@@ -134,7 +135,7 @@ impl ResidualModels {
             }
             low = high;
         }
-        low * unit + far(coder, magnitude - low * unit)
+        low * unit + number(coder, (magnitude - low * unit).clamp(0, u32::MAX as i64 - 2) as u32) as i64
     }
 
     /// Halves the bin until one integer is left.
@@ -195,17 +196,6 @@ impl ResidualModels {
         }
         bit
     }
-}
-
-/// A magnitude beyond every bin: its length in bits, then the bits (Elias gamma).
-fn far<C: Coder>(coder: &mut C, excess: i64) -> i64 {
-    let wanted = if C::ENCODES { 63 - (excess as u64 + 1).leading_zeros() } else { 0 };
-    let mut bits = 0;
-    while bits < 31 && coder.bit(bits < wanted, 1 << 15) {
-        bits += 1;
-    }
-    let rest = coder.raw_wide(((excess + 1) as u64 & ((1u64 << bits) - 1)) as u32, bits);
-    ((1i64 << bits) | rest as i64) - 1
 }
 
 #[inline(always)]

@@ -16,7 +16,7 @@ mod weights;
 pub(crate) mod shapes;
 
 pub use lifting::Update;
-pub(crate) use lifting::update;
+pub(crate) use lifting::{lift_positions, unlift_positions, update};
 pub(crate) use predict::{FRACTION_BITS, predict_sqrt3, subdivide_surface};
 pub(crate) use refine::{Refined, flip_edge, refine};
 pub(crate) use sqrt3::{odd_applies, refine_sqrt3};
