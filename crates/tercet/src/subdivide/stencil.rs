@@ -254,7 +254,7 @@ mod tests {
 
     type Weights = BTreeMap<u32, i64>;
 
-    /// The merged numerators of new vertex `index`, at `scale` over the stencil's denominator.
+    /// The merged numerators of new vertex `index`, whose stencil has this denominator.
     fn weights(coarse: &Surface, kind: StepKind, index: usize, denominator: i64) -> Weights {
         let mut merged = Weights::new();
         for_each_stencil(coarse, kind, |i, stencil| {
