@@ -1,0 +1,443 @@
+//! Integer lattices: what the integers of a file stand for, and which lattice suits a mesh.
+//!
+//! Encoder, decoder and `verify` share the arithmetic here. It uses only operations that
+//! IEEE 754 defines to the last bit (`+ − · /` and conversions on `f64`) and truncation to
+//! integers, so every platform gets the same lattice point and the same `f32`.
+
+use super::Mesh;
+use crate::Precision;
+
+/// Widest extent, in steps, of a grid that is coded as it is.
+const MAX_EXTENT: i64 = 1 << 24;
+/// The lattice below the exact bits has at most 2^REFINED_BITS steps along its longest side.
+const REFINED_BITS: i32 = 22;
+/// Bits of the largest lattice index in the file.
+const INDEX_BITS: i32 = 62;
+/// Exponents of the least and greatest powers of two that an `f32` can hold.
+const LEAST_EXPONENT: i32 = -149;
+const GREATEST_EXPONENT: i32 = 127;
+/// Powers of ten; each is exact.
+const POWERS_OF_TEN: [f64; 10] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9];
+
+/// A [`Precision`] made ready to convert many positions.
+///
+/// Nothing here panics or leaves the finite numbers, whatever the fields say: indices and
+/// positions beyond their types are clamped.
+#[derive(Clone, Debug)]
+pub(crate) enum Lattice {
+    /// Points `origin + q · step`, `0 ≤ q ≤ top`, of a box with longest side `side`.
+    Box { origin: [f64; 3], side: f64, step: f64, top: f64 },
+    /// Points `(origin + q) / scale`; a position belongs to the nearest one.
+    Decimal { scale: f64, origin: [i64; 3] },
+    /// Points `(origin + q) · step`; a position belongs to the greatest one that is not above it.
+    Binary { step: f64, origin: [i64; 3] },
+}
+
+impl Lattice {
+    /// The lattice that `precision` states.
+    pub fn new(precision: &Precision) -> Self {
+        match *precision {
+            Precision::Lattice { bits, origin, side } => {
+                let top = ((1u64 << bits.min(32)) - 1) as f64;
+                Lattice::Box { origin: origin.map(f64::from), side, step: side / top, top }
+            }
+            Precision::Decimal { exponent, origin } => {
+                Lattice::Decimal { scale: POWERS_OF_TEN[usize::from(exponent.min(9))], origin }
+            }
+            Precision::Binary { exponent, origin } | Precision::Refined { exponent, origin } => {
+                let exponent = i32::from(exponent).clamp(LEAST_EXPONENT, GREATEST_EXPONENT);
+                Lattice::Binary { step: power_of_two(exponent), origin }
+            }
+        }
+    }
+
+    /// The lattice point of `position`: exact on a grid that the position lies on.
+    pub fn quantise(&self, position: [f32; 3]) -> [i32; 3] {
+        let relative = |axis: usize, index: f64, origin: &[i64; 3]| {
+            let q = floor(index).saturating_sub(origin[axis]);
+            q.clamp(i32::MIN.into(), i32::MAX.into()) as i32
+        };
+        std::array::from_fn(|axis| {
+            let x = f64::from(position[axis]);
+            match self {
+                Lattice::Box { side, .. } if *side == 0.0 => 0,
+                Lattice::Box { origin, side, top, .. } => {
+                    floor(((x - origin[axis]) * top / side + 0.5).clamp(0.0, *top)) as i32
+                }
+                Lattice::Decimal { scale, origin } => relative(axis, x * scale + 0.5, origin),
+                Lattice::Binary { step, origin } => relative(axis, x / step, origin),
+            }
+        })
+    }
+
+    /// The position that the lattice point `q` stands for; finite and never −0.
+    pub fn value(&self, q: [i32; 3]) -> [f32; 3] {
+        std::array::from_fn(|axis| {
+            let index = |origin: &[i64; 3]| origin[axis].saturating_add(q[axis].into()) as f64;
+            finite(match self {
+                Lattice::Box { origin, step, .. } => origin[axis] + f64::from(q[axis]) * step,
+                Lattice::Decimal { scale, origin } => index(origin) / scale,
+                Lattice::Binary { step, origin } => index(origin) * step,
+            })
+        })
+    }
+}
+
+/// The cubic lattice with 2^`bits` points along the longest side of `mesh`.
+pub(crate) fn box_lattice(mesh: &Mesh, bits: u8) -> Precision {
+    let (low, high) = bounds(mesh);
+    let side = longest_side(low, high);
+    // Adding 0 turns −0 into 0: which of the two came first must not show in the file.
+    Precision::Lattice { bits, origin: low.map(|x| x + 0.0), side }
+}
+
+/// The decimal or binary grid that every coordinate of `mesh` lies on, if one of at most
+/// 2^24 steps does: the one with fewer steps. Signs of zeros are left to the caller.
+///
+/// Linear time: at most ten passes, which end at the first coordinate that does not fit.
+pub(crate) fn detect_grid(mesh: &Mesh) -> Option<Precision> {
+    let decimal = decimal_grid(mesh);
+    let binary = binary_grid(mesh);
+    match (decimal, binary) {
+        (Some((extent, _)), Some((finer, binary))) if finer < extent => Some(binary),
+        (Some((_, decimal)), _) => Some(decimal),
+        (None, binary) => binary.map(|(_, precision)| precision),
+    }
+}
+
+/// The finest lattice of power-of-two step with at most 2^22 steps along the longest side,
+/// for levels whose exact bits follow later. Indices stay within 2^62.
+pub(crate) fn refined_grid(mesh: &Mesh) -> Precision {
+    let (low, high) = bounds(mesh);
+    let side = longest_side(low, high);
+    let farthest = low.iter().chain(&high).fold(0.0, |far: f64, &x| far.max(f64::from(x).abs()));
+    let exponent = (LEAST_EXPONENT..GREATEST_EXPONENT)
+        .find(|&e| side <= power_of_two(e + REFINED_BITS) && farthest < power_of_two(e + INDEX_BITS))
+        .unwrap_or(GREATEST_EXPONENT);
+    let step = power_of_two(exponent);
+    Precision::Refined { exponent: exponent as i16, origin: low.map(|x| floor(f64::from(x) / step)) }
+}
+
+/// The coarsest decimal grid that holds every coordinate, with its extent in steps.
+fn decimal_grid(mesh: &Mesh) -> Option<(i64, Precision)> {
+    let coordinates = || mesh.positions.as_flattened().iter();
+    let exponent = (0..POWERS_OF_TEN.len()).find(|&k| {
+        let scale = POWERS_OF_TEN[k];
+        coordinates().all(|&v| {
+            // 24 bits of v and 21 of 5^9: the product is exact. Beyond 2^62 lies no grid of ours.
+            let index = f64::from(v) * scale;
+            index.abs() < power_of_two(INDEX_BITS) && (floor(index + 0.5) as f64 / scale) as f32 == v
+        })
+    })?;
+    let scale = POWERS_OF_TEN[exponent];
+    let (extent, origin) = extent(mesh, |v| floor(v * scale + 0.5))?;
+    Some((extent, Precision::Decimal { exponent: exponent as u8, origin }))
+}
+
+/// The coarsest binary grid that holds every coordinate, with its extent in steps.
+fn binary_grid(mesh: &Mesh) -> Option<(i64, Precision)> {
+    let exponent = mesh.positions.as_flattened().iter().filter_map(|&v| lowest_bit(v)).min().unwrap_or(0);
+    let step = power_of_two(exponent);
+    let (low, high) = bounds(mesh);
+    if low.iter().chain(&high).any(|&x| (f64::from(x) / step).abs() >= power_of_two(INDEX_BITS)) {
+        return None;
+    }
+    let (extent, origin) = extent(mesh, |v| floor(v / step))?;
+    Some((extent, Precision::Binary { exponent: exponent as i16, origin }))
+}
+
+/// The number of steps along the longest side and the least index on each axis; `None` if
+/// there are too many steps.
+fn extent(mesh: &Mesh, index: impl Fn(f64) -> i64) -> Option<(i64, [i64; 3])> {
+    // Both indices are monotonic in the coordinate, so the box's corners have the extremes.
+    let (low, high) = bounds(mesh);
+    let origin = low.map(|x| index(f64::from(x)));
+    let steps = (0..3).map(|axis| index(f64::from(high[axis])) - origin[axis]).max()?;
+    (steps <= MAX_EXTENT).then_some((steps, origin))
+}
+
+/// The exponent of the lowest set bit of `v`; `None` for zero.
+fn lowest_bit(v: f32) -> Option<i32> {
+    let fraction = v.to_bits() & 0x7f_ffff;
+    let biased = (v.to_bits() >> 23 & 0xff) as i32;
+    match (biased, fraction) {
+        (0, 0) => None,
+        (0, _) => Some(LEAST_EXPONENT + fraction.trailing_zeros() as i32),
+        _ => Some(LEAST_EXPONENT + biased - 1 + (fraction | 1 << 23).trailing_zeros() as i32),
+    }
+}
+
+/// The least and greatest coordinate on each axis; zeros for a mesh without vertices.
+fn bounds(mesh: &Mesh) -> ([f32; 3], [f32; 3]) {
+    let Some(&first) = mesh.positions.first() else {
+        return ([0.0; 3], [0.0; 3]);
+    };
+    mesh.positions.iter().fold((first, first), |(mut low, mut high), p| {
+        for axis in 0..3 {
+            low[axis] = if p[axis] < low[axis] { p[axis] } else { low[axis] };
+            high[axis] = if p[axis] > high[axis] { p[axis] } else { high[axis] };
+        }
+        (low, high)
+    })
+}
+
+/// The longest side of a box; in `f64`, which two finite `f32` cannot overflow.
+fn longest_side(low: [f32; 3], high: [f32; 3]) -> f64 {
+    (0..3).map(|axis| f64::from(high[axis]) - f64::from(low[axis])).fold(0.0, f64::max)
+}
+
+/// The nearest `f32`, ties to even, of a value clamped to the finite range; 0 for −0.
+fn finite(x: f64) -> f32 {
+    x.clamp(f32::MIN.into(), f32::MAX.into()) as f32 + 0.0
+}
+
+/// The greatest integer that is not above `x`, clamped to `i64`.
+fn floor(x: f64) -> i64 {
+    let truncated = x as i64;
+    truncated.saturating_sub(i64::from(truncated as f64 > x))
+}
+
+/// 2^`exponent`, for −1022 ≤ `exponent` ≤ 1023.
+fn power_of_two(exponent: i32) -> f64 {
+    f64::from_bits(((1023 + exponent) as u64) << 52)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const TINY: f32 = f32::from_bits(1);
+
+    fn points(positions: &[[f32; 3]]) -> Mesh {
+        Mesh { positions: positions.to_vec(), faces: Vec::new() }
+    }
+
+    /// Coordinates that lie on a line, spread over the axes in turn.
+    fn coordinates(values: &[f32]) -> Mesh {
+        points(&values.iter().map(|&v| [v, 0.0, values[0]]).collect::<Vec<_>>())
+    }
+
+    fn assert_exact(mesh: &Mesh, precision: &Precision) {
+        let lattice = Lattice::new(precision);
+        for &p in &mesh.positions {
+            let q = lattice.quantise(p);
+            assert!(q.iter().all(|&q| (0..=1 << 24).contains(&q)), "{q:?}");
+            assert_eq!(lattice.value(q), p, "{precision:?}");
+        }
+    }
+
+    #[test]
+    fn helpers_agree_with_the_standard_library() {
+        for e in [-1022, -149, -1, 0, 1, 62, 127, 1023] {
+            assert_eq!(power_of_two(e), 2f64.powi(e));
+        }
+        for x in [0.0, -0.0, 0.5, -0.5, 1.0, -1.0, 2.999, -2.999, 1e18, -1e18] {
+            assert_eq!(floor(x) as f64, x.floor());
+        }
+        assert_eq!((floor(f64::INFINITY), floor(f64::NEG_INFINITY)), (i64::MAX, i64::MIN));
+        for (v, e) in [(1.0, 0), (3.0, 0), (-6.0, 1), (0.75, -2), (TINY, -149), (f32::MAX, 104)] {
+            assert_eq!(lowest_bit(v), Some(e), "{v}");
+        }
+        assert_eq!((lowest_bit(f32::MIN_POSITIVE), lowest_bit(2f32.powi(127))), (Some(-126), Some(127)));
+        assert_eq!((lowest_bit(0.0), lowest_bit(-0.0)), (None, None));
+    }
+
+    #[test]
+    fn a_box_lattice_hits_its_corners_and_stays_within_half_a_step() {
+        let mesh = points(&[[-1.0, 2.0, 0.25], [3.0, 2.5, 0.5], [0.1, 2.2, 0.3]]);
+        for bits in 4..=24 {
+            let precision = box_lattice(&mesh, bits);
+            let Precision::Lattice { side, .. } = precision else { panic!() };
+            assert_eq!(side, 4.0);
+            let lattice = Lattice::new(&precision);
+            assert_eq!(lattice.quantise([-1.0, 2.0, 0.25]), [0; 3]);
+            assert_eq!(lattice.quantise([3.0, 2.0, 0.25]), [(1 << bits) - 1, 0, 0]);
+            assert_eq!(lattice.value([(1 << bits) - 1, 0, 0]), [3.0, 2.0, 0.25]);
+            let half = side / f64::from((1u32 << bits) - 1) / 2.0;
+            for &p in &mesh.positions {
+                let image = lattice.value(lattice.quantise(p));
+                for axis in 0..3 {
+                    let distance = (f64::from(image[axis]) - f64::from(p[axis])).abs();
+                    assert!(distance <= half + 2e-7, "{bits} bits: {p:?} became {image:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_box_lattice_of_no_extent_or_of_the_greatest_is_finite() {
+        for mesh in [points(&[]), points(&[[-0.0; 3]]), points(&[[7.0, -7.0, TINY]; 2])] {
+            let precision = box_lattice(&mesh, 12);
+            let lattice = Lattice::new(&precision);
+            for &p in &mesh.positions {
+                assert_eq!(lattice.quantise(p), [0; 3]);
+                assert_eq!(lattice.value([0; 3]), p);
+            }
+        }
+        let mesh = points(&[[f32::MIN, 0.0, -TINY], [f32::MAX, 0.0, TINY]]);
+        for bits in [4, 24] {
+            let lattice = Lattice::new(&box_lattice(&mesh, bits));
+            let top = (1 << bits) - 1;
+            assert_eq!(mesh.positions.iter().map(|&p| lattice.quantise(p)[0]).collect::<Vec<_>>(), [0, top]);
+            assert_eq!([lattice.value([0; 3])[0], lattice.value([top, 0, 0])[0]], [f32::MIN, f32::MAX]);
+        }
+    }
+
+    #[test]
+    fn a_box_lattice_does_not_show_which_zero_came_first() {
+        let sign = |mesh: Mesh| match box_lattice(&mesh, 8) {
+            Precision::Lattice { origin, .. } => origin.map(f32::to_bits),
+            other => panic!("{other:?}"),
+        };
+        assert_eq!(sign(points(&[[-0.0; 3], [0.0; 3]])), sign(points(&[[0.0; 3], [-0.0; 3]])));
+    }
+
+    #[test]
+    fn decimal_text_is_recognised_with_the_fewest_digits() {
+        for (values, digits) in [
+            (vec![0.0, 1.0, -25.0], 0),
+            (vec![0.1, 0.7, -3.2], 1),
+            (vec![0.123456, -0.654321, 0.000001], 6),
+            (vec![0.000000001, 0.012345678], 9),
+        ] {
+            let mesh = coordinates(&values);
+            let precision = detect_grid(&mesh).unwrap();
+            assert!(matches!(precision, Precision::Decimal { exponent, .. } if exponent == digits));
+            assert_exact(&mesh, &precision);
+        }
+    }
+
+    #[test]
+    fn the_grid_with_fewer_steps_wins() {
+        // Eighths need three decimal digits, that is 1000 steps a unit instead of 8.
+        let mesh = coordinates(&[0.125, 0.875, -4.0]);
+        let precision = detect_grid(&mesh).unwrap();
+        assert_eq!(precision, Precision::Binary { exponent: -3, origin: [-32, 0, 1] });
+        assert_exact(&mesh, &precision);
+        // Thousands: a coarser binary step than 1 exists, a coarser decimal one does not.
+        let mesh = coordinates(&[1024.0, 4096.0]);
+        assert!(matches!(detect_grid(&mesh), Some(Precision::Binary { exponent: 10, .. })));
+    }
+
+    #[test]
+    fn grids_are_found_at_the_ends_of_the_floats() {
+        for values in [
+            &[TINY, 3.0 * TINY, -TINY][..],
+            &[f32::MAX, f32::MIN],
+            &[f32::MAX; 2],
+            &[2f32.powi(127), -(2f32.powi(127)), 0.0],
+            &[f32::MIN_POSITIVE, 0.0],
+            &[-0.0, 0.0],
+            &[-0.0],
+        ] {
+            let mesh = points(&values.iter().map(|&v| [v; 3]).collect::<Vec<_>>());
+            // f32::MAX against f32::MIN takes 25 bits, one too many.
+            match detect_grid(&mesh) {
+                Some(precision) => assert_exact(&mesh, &precision),
+                None => assert_eq!(values, [f32::MAX, f32::MIN]),
+            }
+        }
+        assert_eq!(detect_grid(&points(&[])), Some(Precision::Decimal { exponent: 0, origin: [0; 3] }));
+    }
+
+    #[test]
+    fn no_grid_is_claimed_where_none_is() {
+        let third = coordinates(&[1.0 / 3.0, 1e-9, 100.0]);
+        assert_eq!(detect_grid(&third), None);
+        assert_eq!(detect_grid(&coordinates(&[f32::MAX, TINY])), None);
+        // A grid of 2^24 + 1 steps is too wide, one of 2^24 is not.
+        let wide = coordinates(&[-1.0, ((1 << 24) - 1) as f32, 0.0]);
+        assert!(detect_grid(&wide).is_some());
+        assert_eq!(detect_grid(&coordinates(&[-2.0, ((1 << 24) - 1) as f32, 1.0])), None);
+    }
+
+    #[test]
+    fn a_refined_grid_is_fine_and_its_indices_fit() {
+        for values in [
+            &[1.0 / 3.0, 1e-9, 100.0][..],
+            &[f32::MAX, f32::MIN, TINY],
+            &[f32::MAX; 2],
+            &[TINY, -TINY],
+            &[0.0],
+            &[],
+        ] {
+            let mut mesh = points(&values.iter().map(|&v| [v; 3]).collect::<Vec<_>>());
+            mesh.positions.extend(values.first().map(|&v| [v, TINY, -TINY]));
+            let precision = refined_grid(&mesh);
+            let Precision::Refined { exponent, origin } = precision else { panic!() };
+            assert!((-149..=127).contains(&exponent));
+            assert!(origin.iter().all(|x| x.unsigned_abs() <= 1 << 62));
+            let lattice = Lattice::new(&precision);
+            let step = power_of_two(exponent.into());
+            for &p in &mesh.positions {
+                let q = lattice.quantise(p);
+                assert!(q.iter().all(|&q| (0..=1 << 22).contains(&q)), "{q:?}");
+                for axis in 0..3 {
+                    let n = (origin[axis] + i64::from(q[axis])) as f64;
+                    let x = f64::from(p[axis]);
+                    assert!(n * step <= x && x < (n + 1.0) * step, "{x} in cell {n} of {step}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn any_index_of_any_lattice_is_a_finite_position() {
+        let far = 1i64 << 62;
+        for precision in [
+            Precision::Lattice {
+                bits: 24,
+                origin: [f32::MAX, f32::MIN, 0.0],
+                side: 2.0 * f64::from(f32::MAX),
+            },
+            Precision::Decimal { exponent: 0, origin: [far, -far, 0] },
+            Precision::Binary { exponent: 127, origin: [far, -far, 0] },
+            Precision::Binary { exponent: -149, origin: [far, -far, 0] },
+            Precision::Refined { exponent: 127, origin: [i64::MAX, i64::MIN, 0] },
+        ] {
+            let lattice = Lattice::new(&precision);
+            for q in [i32::MIN, -1, 0, 1, i32::MAX] {
+                assert!(lattice.value([q; 3]).iter().all(|x| x.is_finite()), "{precision:?}");
+            }
+            for x in [f32::MIN, -TINY, 0.0, f32::MAX] {
+                lattice.quantise([x; 3]);
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn values_of_a_box_lattice_return_to_their_points(
+            bits in 4u8..=16, low in -1e3f32..1e3, side in 1e-1f32..1e6, q in 0i32..16
+        ) {
+            let mesh = points(&[[low; 3], [low + side, low, low]]);
+            let lattice = Lattice::new(&box_lattice(&mesh, bits));
+            let top = (1 << bits) - 1;
+            // 16 bits and less are coarse against the 24 of an f32 of this box, unless it is far away.
+            prop_assume!(side >= low.abs() / 64.0);
+            let q = [q, top - q, top];
+            prop_assert_eq!(lattice.quantise(lattice.value(q)), q);
+        }
+
+        #[test]
+        fn numbers_with_few_digits_are_on_a_grid(
+            n in prop::collection::vec(-8_000_000i32..8_000_000, 3..30), k in 0usize..=9
+        ) {
+            let values: Vec<f32> = n.iter().map(|&n| (f64::from(n) / POWERS_OF_TEN[k]) as f32).collect();
+            let mesh = coordinates(&values);
+            let precision = detect_grid(&mesh).unwrap();
+            assert_exact(&mesh, &precision);
+        }
+
+        #[test]
+        fn whatever_grid_is_detected_is_exact(bits in prop::collection::vec(any::<u32>(), 1..6)) {
+            let values: Vec<f32> = bits.iter().map(|&b| f32::from_bits(b)).filter(|v| v.is_finite()).collect();
+            prop_assume!(!values.is_empty());
+            let mesh = coordinates(&values);
+            if let Some(precision) = detect_grid(&mesh) {
+                assert_exact(&mesh, &precision);
+            }
+        }
+    }
+}
