@@ -4,6 +4,7 @@ mod coding;
 mod container;
 mod entropy;
 mod error;
+pub mod io;
 mod limits;
 mod mesh;
 mod reverse;

@@ -5,6 +5,16 @@
 //! lines on the same integers.
 
 mod base;
+mod flip;
+mod level;
 mod model;
+mod position;
+mod predict;
+mod residual;
+mod ring;
+mod scale;
+mod split;
+mod vector;
 
-pub(crate) use base::{Base, code_base};
+pub(crate) use level::{Levels, lift_positions};
+pub(crate) use vector::Point;

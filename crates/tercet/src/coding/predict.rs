@@ -4,11 +4,10 @@
 //! corners would be (after Vlachos et al., "Curved PN triangles", 2001). Where one corner is
 //! virtual the new vertex lies on the boundary: the midpoint of the real edge.
 
+use crate::subdivide::FRACTION_BITS;
 use super::vector::{Point, Vector, add_to, cross, sub, unit};
 use crate::mesh::Surface;
 
-/// Estimates are in 1/256 of a lattice step.
-pub(crate) const FRACTION_BITS: u32 = 8;
 
 /// Unit vertex normals in 1/2¹⁴, weighted by the area of the real faces.
 fn normals(surface: &Surface, positions: &[Point]) -> Vec<[i32; 3]> {

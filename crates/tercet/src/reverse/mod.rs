@@ -5,19 +5,16 @@
 //! subdivision connectivity divides in one way only (`sqrt3`); on any other the encoder
 //! chooses the odd vertices (`adaptive`).
 
+mod adaptive;
+mod lift;
+mod sqrt3;
+
 use crate::mesh::Surface;
 
-/// How a level's connectivity follows from the coarser one's.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum StepKind {
-    /// Split and flip bits are stored.
-    Adaptive,
-    /// Every real face is split and every edge between real faces flipped; boundary edges stay.
-    Sqrt3Even,
-    /// As `Sqrt3Even`, but a face on the boundary is instead cut in three along its boundary
-    /// edge, which receives two vertices.
-    Sqrt3Odd,
-}
+pub(crate) use crate::subdivide::StepKind;
+pub(crate) use adaptive::reduce;
+pub(crate) use lift::lift;
+pub(crate) use sqrt3::{Division, divide, removed};
 
 /// One reverse step, as the encoder found it.
 #[derive(Debug)]
@@ -39,6 +36,7 @@ pub(crate) struct Reduction {
     /// Split with odd vertex v: the corner at v whose next vertex is t0. Unsplit and without a
     /// flipped edge: the corner at t0 of the same face. Unsplit with a flipped edge: `NONE`.
     /// `Sqrt3Odd` on the boundary, with boundary half-edge a→b cut at p (near a) and q (near b):
-    /// the corner at p whose next vertex is q.
+    /// the corner at p whose next vertex is q; the virtual face behind it: the corner at q whose
+    /// next vertex is p.
     pub anchor: Vec<u32>,
 }

@@ -1,0 +1,204 @@
+//! A level: connectivity, then positions, in both directions.
+
+use super::base::code_base;
+use super::flip::FlipModels;
+use super::position::{AxisOrder, Pass, PositionModels, Roughness};
+use super::predict::{estimate, round};
+use super::split::SplitModels;
+use super::vector::{COORDINATE_LIMIT, Point, Vector};
+use crate::entropy::Coder;
+use crate::mesh::{NONE, Surface};
+use crate::subdivide::{Refined, StepKind, Update, predict_sqrt3, refine, refine_sqrt3, update};
+use crate::{Error, Result};
+
+/// All models and the surface they have reached; the same in encoder and decoder.
+pub(crate) struct Levels {
+    split: SplitModels,
+    flip: FlipModels,
+    position: PositionModels,
+    /// The finest surface so far.
+    pub surface: Surface,
+    /// Its positions; those of virtual vertices are meaningless.
+    pub positions: Vec<Point>,
+    rough: Vec<Roughness>,
+}
+
+/// A step whose connectivity is known and whose new positions are not.
+pub(crate) struct Step {
+    pub kind: StepKind,
+    pub refined: Refined,
+    estimates: Vec<Vector>,
+}
+
+impl Levels {
+    pub fn new() -> Self {
+        Levels {
+            split: SplitModels::new(),
+            flip: FlipModels::new(),
+            position: PositionModels::new(),
+            surface: Surface::default(),
+            positions: Vec::new(),
+            rough: Vec::new(),
+        }
+    }
+
+    /// Codes the base's connectivity; `known` is it when encoding. Returns its `origin`: see
+    /// [`Base`](super::base::Base).
+    pub fn base<C: Coder>(&mut self, coder: &mut C, known: Option<&Surface>, faces: u32) -> Result<Vec<u32>> {
+        let base = code_base(coder, known, faces)?;
+        self.surface = base.surface;
+        Ok(base.origin)
+    }
+
+    /// Codes the base's positions, one entry a vertex when encoding, else ignored.
+    pub fn base_positions<C: Coder>(&mut self, coder: &mut C, positions: Vec<Point>) {
+        let count = self.surface.vertices as usize;
+        self.positions = positions;
+        self.positions.resize(count, [0; 3]);
+        self.rough = vec![Roughness::START; count];
+        let real = self.surface.virtuals as usize..count;
+        // An update may have pushed base vertices below the lattice.
+        let negative = self.positions[real.clone()].iter().flatten().any(|&x| x < 0);
+        let origin = match coder.raw(negative as u32, 1) {
+            0 => [0; 3],
+            _ => [0, 1, 2].map(|k| {
+                let least = self.positions[real.clone()].iter().map(|p| p[k]).min().unwrap_or(0);
+                coder.raw_wide(least as u32, 32) as i32
+            }),
+        };
+        let size = |p: &Point| (0..3).map(|k| p[k].wrapping_sub(origin[k]) as u32).max().unwrap_or(0);
+        let largest = if C::ENCODES { self.positions[real].iter().map(size).max().unwrap_or(0) } else { 0 };
+        let bits = coder.raw(32 - largest.leading_zeros(), 5);
+        let pass = Pass {
+            surface: &self.surface,
+            first: self.surface.virtuals,
+            estimates: &[],
+            order: AxisOrder::NormalLast,
+            bits,
+            origin,
+        };
+        let corners = self.surface.any_corner();
+        let corners = corners[self.surface.virtuals as usize..].iter().copied();
+        self.position.code(coder, &pass, corners, &mut self.positions, &mut self.rough);
+    }
+
+    /// Codes the connectivity of a step. When encoding an `Adaptive` one, `split` and `flip` say
+    /// what it is; otherwise they are ignored.
+    ///
+    /// # Errors
+    /// When decoding: if the step does not lead to `faces` real faces or does not apply.
+    pub fn connectivity<C: Coder>(
+        &mut self,
+        coder: &mut C,
+        kind: StepKind,
+        mut split: Vec<bool>,
+        mut flip: Vec<bool>,
+        vertices: u64,
+    ) -> Result<Step> {
+        let surface = &self.surface;
+        let announced = |found: u64| {
+            if found + (surface.vertices - surface.virtuals) as u64 == vertices {
+                return Ok(());
+            }
+            Err(Error::format("level", "its vertices are not as many as announced"))
+        };
+        if kind != StepKind::Adaptive {
+            let estimates = predict_sqrt3(surface, kind, &self.positions);
+            announced(estimates.len() as u64)?;
+            let refined = refine_sqrt3(surface, kind)
+                .ok_or_else(|| Error::format("level", "a √3 step that does not apply to the boundary"))?;
+            return Ok(Step { kind, refined, estimates });
+        }
+        split.resize(surface.faces() as usize, false);
+        flip.resize(surface.vertex.len(), false);
+        self.split.code(coder, surface, &self.positions, &mut split);
+        announced(split.iter().filter(|&&s| s).count() as u64)?;
+        let estimates = estimate(surface, &self.positions, &split);
+        self.positions.extend(estimates.iter().map(|&e| round(e)));
+        self.flip.code(coder, surface, &self.positions, &split, &mut flip);
+        self.positions.truncate(surface.vertices as usize);
+        Ok(Step { kind, refined: refine(surface, &split, &flip), estimates })
+    }
+
+    /// Codes the positions of the step's new vertices (`new` when encoding, in their order) and
+    /// makes its surface the current one.
+    pub fn positions<C: Coder>(&mut self, coder: &mut C, step: Step, new: &[Point], rule: Update) {
+        let first = self.surface.vertices;
+        let coarse = std::mem::replace(&mut self.surface, step.refined.surface);
+        let sqrt3 = step.kind != StepKind::Adaptive;
+        let lifted = sqrt3 && rule != Update::None;
+        let predicted = if lifted { step.estimates.iter().map(|&e| round(e)).collect() } else { Vec::new() };
+        self.positions.extend_from_slice(new);
+        self.positions.resize(self.surface.vertices as usize, [0; 3]);
+        self.rough.resize(self.surface.vertices as usize, Roughness::START);
+        let pass = Pass {
+            surface: &self.surface,
+            first,
+            estimates: &step.estimates,
+            order: if sqrt3 { AxisOrder::NormalFirst } else { AxisOrder::NormalLast },
+            bits: 0,
+            origin: [0; 3],
+        };
+        let corners = new_corners(&self.surface, first);
+        self.position.code(coder, &pass, corners.into_iter(), &mut self.positions, &mut self.rough);
+        if lifted {
+            undo(&coarse, step.kind, &mut self.positions, &predicted, rule);
+        }
+    }
+}
+
+/// One corner of each vertex from `first` on.
+fn new_corners(surface: &Surface, first: u32) -> Vec<u32> {
+    let mut corner = vec![NONE; (surface.vertices - first) as usize];
+    for c in (0..surface.vertex.len() as u32).rev() {
+        if let Some(i) = surface.at(c).checked_sub(first) {
+            corner[i as usize] = c;
+        }
+    }
+    corner
+}
+
+/// Undoes the update: what was coded of a new vertex is its detail added to the prediction from
+/// the updated coarse vertices.
+fn undo(coarse: &Surface, kind: StepKind, positions: &mut [Point], predicted: &[Point], rule: Update) {
+    let (even, odd) = positions.split_at_mut(coarse.vertices as usize);
+    let minus = |a: Point, b: Point| [0, 1, 2].map(|k| a[k].wrapping_sub(b[k]));
+    let details: Vec<Point> = odd.iter().zip(predicted).map(|(&o, &p)| minus(o, p)).collect();
+    for (even, by) in even.iter_mut().zip(update(coarse, kind, &details, rule)) {
+        *even = minus(*even, by).map(|x| x.clamp(-COORDINATE_LIMIT, COORDINATE_LIMIT));
+    }
+    let again = predict_sqrt3(coarse, kind, even);
+    for ((odd, detail), prediction) in odd.iter_mut().zip(details).zip(again) {
+        let prediction = round(prediction);
+        *odd = [0, 1, 2]
+            .map(|k| prediction[k].wrapping_add(detail[k]).clamp(-COORDINATE_LIMIT, COORDINATE_LIMIT));
+    }
+}
+
+/// The update of one reverse step: what the coarse vertices become and what is coded of the odd
+/// ones, given as a position beside its prediction from the updated vertices.
+pub(crate) fn lift_positions(
+    coarse: &Surface,
+    kind: StepKind,
+    even: &mut [Point],
+    odd: &mut [Point],
+    rule: Update,
+) {
+    let predicted = predict_sqrt3(coarse, kind, even);
+    let details: Vec<Point> = odd
+        .iter()
+        .zip(predicted)
+        .map(|(o, p)| {
+            let p = round(p);
+            [0, 1, 2].map(|k| o[k].wrapping_sub(p[k]))
+        })
+        .collect();
+    for (even, by) in even.iter_mut().zip(update(coarse, kind, &details, rule)) {
+        *even = [0, 1, 2].map(|k| even[k].wrapping_add(by[k]));
+    }
+    let again = predict_sqrt3(coarse, kind, even);
+    for ((odd, detail), p) in odd.iter_mut().zip(details).zip(again) {
+        let p = round(p);
+        *odd = [0, 1, 2].map(|k| p[k].wrapping_add(detail[k]));
+    }
+}

@@ -1,0 +1,318 @@
+//! Positions: one pass over a surface whose connectivity is known.
+//!
+//! Some vertices are known (the coarse ones, or none in the base), the others are coded in
+//! index order. A vertex is expected where the parallelograms of its known neighbours, an
+//! estimate made before, and the errors of that estimate nearby place it. Its three coordinates
+//! follow in the order of the surface's normal: along the two axes that lie most nearly in the
+//! surface first, and on the last one every expectation is moved into the tangent plane.
+
+use crate::subdivide::FRACTION_BITS;
+use super::residual::{CONTEXTS, EXPERTS, Expert, ResidualModels, Situation};
+use super::ring::{Neighbourhood, Ring};
+use super::scale::{Scale, ScaleCell};
+use super::vector::{COORDINATE_LIMIT, Point, Vector};
+use crate::entropy::{Coder, log2_fixed};
+use crate::mesh::Surface;
+
+/// How far coding has been off around a vertex: in the surface and across it, in 1/256.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Roughness {
+    pub tangential: u32,
+    pub normal: u32,
+}
+
+impl Roughness {
+    /// Of vertices about which nothing is known.
+    pub const START: Roughness = Roughness { tangential: 8 << 8, normal: 4 << 8 };
+
+    fn blend(&mut self, other: Roughness) {
+        self.tangential = (self.tangential * 7 + other.tangential) / 8;
+        self.normal = (self.normal * 7 + other.normal) / 8;
+    }
+}
+
+/// Which coordinate comes first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum AxisOrder {
+    /// The one along the normal: where details are normal ones.
+    NormalFirst,
+    /// The one along the normal comes last: where the surface is known better than the place.
+    NormalLast,
+}
+
+/// What a pass works on.
+pub(crate) struct Pass<'a> {
+    pub surface: &'a Surface,
+    /// Real vertices from here on are coded; those before are known.
+    pub first: u32,
+    /// Estimates of the vertices to be coded, in 1/256; empty if there are none.
+    pub estimates: &'a [Vector],
+    pub order: AxisOrder,
+    /// Width of a coordinate where nothing near is known, and what is subtracted from it.
+    pub bits: u32,
+    pub origin: Point,
+}
+
+/// The models of positions; they live as long as the file.
+pub(crate) struct PositionModels {
+    residual: ResidualModels,
+    /// By kind of axis, size of the neighbourhood, roughness and how well it is known.
+    by_roughness: Vec<ScaleCell>,
+    /// By kind of axis, class and size of the neighbourhood.
+    by_class: Vec<ScaleCell>,
+    /// By expert, kind of axis, distance from the first expert and roughness.
+    by_distance: Vec<ScaleCell>,
+}
+
+/// Kinds of axes: in the surface, across it, and either at a boundary.
+const TANGENTIAL: usize = 0;
+const NORMAL: usize = 1;
+const BOUNDARY: usize = 2;
+
+const SIZES: usize = 64;
+const ROUGH: usize = 24;
+const CLASSES: usize = 8;
+const DISTANCES: usize = 8;
+
+impl PositionModels {
+    pub fn new() -> Self {
+        PositionModels {
+            residual: ResidualModels::new(),
+            by_roughness: vec![ScaleCell::default(); 3 * SIZES * ROUGH * 3],
+            by_class: vec![ScaleCell::default(); 3 * CLASSES * SIZES],
+            by_distance: vec![ScaleCell::default(); EXPERTS * 3 * DISTANCES * ROUGH],
+        }
+    }
+
+    /// Codes the positions of vertices `pass.first..`; `positions` and `rough` have an entry a
+    /// vertex, those to be coded meaningful only when encoding. Time O(n).
+    pub fn code<C: Coder>(
+        &mut self,
+        coder: &mut C,
+        pass: &Pass,
+        corners: impl Iterator<Item = u32>,
+        positions: &mut [Point],
+        rough: &mut [Roughness],
+    ) {
+        let mut ring = Ring::default();
+        // Errors of the estimates, for the vertices coded so far.
+        let mut errors: Vec<[i32; 3]> = Vec::with_capacity(pass.estimates.len());
+        for (v, corner) in (pass.first..).zip(corners) {
+            ring.gather(pass.surface, corner, v, positions);
+            let point = if ring.known() == 0 {
+                errors.push([0; 3]);
+                self.plain(coder, pass, positions[v as usize])
+            } else {
+                let i = (v - pass.first) as usize;
+                let around = Neighbourhood::new(&ring, pass, positions, &errors, pass.estimates.get(i), rough);
+                let (point, off) = self.vertex(coder, &around, pass.order, positions[v as usize]);
+                rough[v as usize] = off;
+                for &y in ring.vertices() {
+                    rough[y as usize].blend(off);
+                }
+                if let Some(estimate) = pass.estimates.get(i) {
+                    errors.push([0, 1, 2].map(|k| (((point[k] as i64) << FRACTION_BITS) - estimate[k]) as i32));
+                }
+                point
+            };
+            positions[v as usize] = point;
+        }
+    }
+
+    /// A vertex without a known neighbour: its coordinates as they are.
+    fn plain<C: Coder>(&mut self, coder: &mut C, pass: &Pass, target: Point) -> Point {
+        [0, 1, 2].map(|k| {
+            let offset = coder.raw_wide(target[k].wrapping_sub(pass.origin[k]) as u32, pass.bits);
+            pass.origin[k].wrapping_add(offset as i32).clamp(-COORDINATE_LIMIT, COORDINATE_LIMIT)
+        })
+    }
+
+    fn vertex<C: Coder>(
+        &mut self,
+        coder: &mut C,
+        around: &Neighbourhood,
+        order: AxisOrder,
+        target: Point,
+    ) -> (Point, Roughness) {
+        let axes = axes(around.normal, order);
+        let mut centres = around.predictions;
+        let mut point = target;
+        let mut sizes = [0u64; 3];
+        let mut expected = 0;
+        for (step, &axis) in axes.iter().enumerate() {
+            let across = (step == 2) == (order == AxisOrder::NormalLast) && (step == 0) != (order == AxisOrder::NormalLast);
+            let kind = match (around.at_boundary, across) {
+                (true, _) => BOUNDARY,
+                (_, true) => NORMAL,
+                _ => TANGENTIAL,
+            };
+            let coordinate = Coordinate { around, kind, step, earlier: sizes[0] + sizes[1], expected };
+            let centre = centres.map(|c| c[axis]);
+            let value = self.coordinate(coder, &coordinate, centre, target[axis], &mut expected);
+            point[axis] = value;
+            let off = centre.map(|c| ((value as i64) << FRACTION_BITS) - c);
+            sizes[step] = off[0].unsigned_abs();
+            shift(&mut centres, off, around.normal, axes, step, order);
+        }
+        let [first, second, third] = sizes.map(|s| s.min(u32::MAX as u64 / 16) as u32);
+        let rough = match order {
+            AxisOrder::NormalLast => Roughness { tangential: (first + second) / 2, normal: third },
+            AxisOrder::NormalFirst => Roughness { tangential: (second + third) / 2, normal: first },
+        };
+        (point, rough)
+    }
+
+    fn coordinate<C: Coder>(
+        &mut self,
+        coder: &mut C,
+        c: &Coordinate,
+        centre: [i64; EXPERTS],
+        target: i32,
+        expected: &mut u64,
+    ) -> i32 {
+        let around = c.around;
+        let size = around.size.min(SIZES - 1);
+        let rough = if c.kind == NORMAL { around.rough.normal } else { around.rough.tangential } as u64;
+        let roughness = bin(rough + 8, 2, -9, ROUGH);
+        let certainty = match around.parallelograms {
+            0 | 1 => 0,
+            2..=4 => 1,
+            _ => 2,
+        };
+        let cell = ((c.kind * SIZES + size) * ROUGH + roughness) * 3 + certainty;
+        let class = (c.kind * CLASSES + around.class) * SIZES + size;
+        let prior = rough / 2 + (around.edge >> if c.kind == NORMAL { 6 } else { 4 }) + 40;
+        let by_class = self.by_class[class].mean(prior);
+        let main = self.by_roughness[cell].mean(by_class);
+        *expected += main;
+        let first = Scale::new(main);
+        let mut experts = [Expert { centre: centre[0], scale: first }; EXPERTS];
+        experts[1].scale = Scale::new(by_class);
+        let mut cells = [0; EXPERTS];
+        for j in 2..EXPERTS {
+            let distance = centre[j].abs_diff(centre[0]);
+            let apart = bin((distance << 8) / (main + 50) + 13, 1, -4, DISTANCES);
+            cells[j] = ((j * 3 + c.kind) * DISTANCES + apart) * ROUGH + roughness;
+            experts[j] = Expert { centre: centre[j], scale: Scale::new(self.by_distance[cells[j]].mean(main + distance / 2)) };
+        }
+        let situation = c.situation(&experts, roughness, main);
+        let value = self.residual.code(coder, target, &experts, &situation);
+        let off = |e: &Expert| ((value as i64) << FRACTION_BITS).abs_diff(e.centre);
+        self.by_class[class].learn(off(&experts[0]));
+        self.by_roughness[cell].learn(off(&experts[0]));
+        for j in 2..EXPERTS {
+            self.by_distance[cells[j]].learn(off(&experts[j]));
+        }
+        value
+    }
+}
+
+/// The axes in the order of coding.
+fn axes(normal: Vector, order: AxisOrder) -> [usize; 3] {
+    let mut axes = [0, 1, 2];
+    axes.sort_by_key(|&k| normal[k].unsigned_abs());
+    match order {
+        AxisOrder::NormalLast => axes,
+        AxisOrder::NormalFirst => [axes[2], axes[0], axes[1]],
+    }
+}
+
+/// Moves the expectations of the later axes by what the coded one was off, so that the point
+/// stays in the tangent plane (normal last) or on the normal line (normal first).
+fn shift(
+    centres: &mut [Vector; EXPERTS],
+    off: [i64; EXPERTS],
+    normal: Vector,
+    axes: [usize; 3],
+    step: usize,
+    order: AxisOrder,
+) {
+    let ratio = |a: usize, b: usize| if normal[b] == 0 { 0 } else { (normal[a] << 14) / normal[b] };
+    match (order, step) {
+        (AxisOrder::NormalLast, 0 | 1) => {
+            let slope = ratio(axes[step], axes[2]);
+            for (centre, off) in centres.iter_mut().zip(off) {
+                centre[axes[2]] -= (off.clamp(-FAR, FAR) * slope) >> 14;
+            }
+        }
+        (AxisOrder::NormalFirst, 0) => {
+            for later in [1, 2] {
+                let slope = ratio(axes[later], axes[0]);
+                for (centre, off) in centres.iter_mut().zip(off) {
+                    centre[axes[later]] += (off.clamp(-FAR, FAR) * slope) >> 14;
+                }
+            }
+        }
+        _ => {}
+    }
+}
+
+/// No expectation is moved by more than this.
+const FAR: i64 = 1 << 37;
+
+/// One coordinate and what is known around it.
+struct Coordinate<'a, 'b> {
+    around: &'a Neighbourhood<'b>,
+    kind: usize,
+    /// 0, 1, 2 in the order of coding.
+    step: usize,
+    /// Sum of the magnitudes by which the earlier coordinates were off.
+    earlier: u64,
+    /// What that sum was expected to be.
+    expected: u64,
+}
+
+impl Coordinate<'_, '_> {
+    fn situation(&self, experts: &[Expert; EXPERTS], roughness: usize, main: u64) -> Situation {
+        let around = self.around;
+        let kind = self.kind;
+        let centre = experts[0].centre;
+        let fraction = (centre + 128) & 255;
+        let eighth = (fraction >> 5) as usize;
+        let scale = (experts[0].scale.log / 4).saturating_sub(8).min(23);
+        let unit = experts[0].scale.unit().min(7) as usize;
+        // Where another expert lies, in bins of the scale.
+        let beside = |j: usize, steps: i64, bins: i64| {
+            let apart = ((experts[j].centre - centre) << 8) / (main as i64 + 77);
+            (((apart * steps) >> 9) + bins / 2).clamp(0, bins - 1) as usize
+        };
+        let surprise = match self.step {
+            0 => 0,
+            _ => 1 + bin(((self.earlier + 51) << 8) / (self.expected + 51), 2, -13, 7),
+        };
+        let parallelograms = around.parallelograms.min(3);
+        let [estimate, nearest, second, other] =
+            [beside(5, 3, 11), beside(2, 3, 9), beside(3, 3, 9), beside(4, 3, 7)];
+        let near_middle = (64..192).contains(&fraction) as usize;
+        let contexts = |mirror: bool| {
+            let turn = |x: usize, bins: usize| if mirror { bins - 1 - x } else { x };
+            let eighth = turn(eighth, 8);
+            [
+                eighth * 3 + kind,
+                (scale * 3 + kind) * 8 + unit,
+                (roughness * 3 + kind) * 4 + eighth / 2,
+                (around.class * 3 + kind) * 8 + around.level,
+                (turn(estimate, 11) * 7 + turn(other, 7)) * 3 + kind,
+                (turn(nearest, 9) * 9 + turn(second, 9)) * 3 + kind,
+                ((roughness * 3 + kind) * 4 + parallelograms) * 2 + near_middle,
+                (scale * 3 + kind) * 8 + surprise,
+                (turn(nearest, 9).min(7) * 8 + eighth) * 3 + kind,
+            ]
+        };
+        let apart = bin((experts[2].centre.abs_diff(centre) << 8) / (main + 50) + 13, 1, -5, 5);
+        Situation {
+            above: contexts(false),
+            below: contexts(true),
+            sets: [scale, (parallelograms * 5 + apart) * 3 + kind + if around.estimate_only { 60 } else { 0 }]
+                .map(|s| s),
+        }
+    }
+}
+
+/// A bin of log₂ `x`, `per_octave` (a power of two) an octave, shifted by `offset` octaves.
+pub(super) fn bin(x: u64, per_octave: i32, offset: i32, bins: usize) -> usize {
+    let log = log2_fixed(x, 3) * per_octave / 8;
+    (log + offset * per_octave).clamp(0, bins as i32 - 1) as usize
+}
+
+const _: () = assert!(CONTEXTS == 9);

@@ -1,0 +1,202 @@
+//! What is known around a vertex, and where that places it.
+
+use super::position::{Pass, Roughness, bin};
+use crate::subdivide::FRACTION_BITS;
+use super::residual::EXPERTS;
+use super::vector::{Point, Vector, add_to, cross, sub};
+use crate::mesh::{NONE, Surface, next};
+
+/// Rings are looked at this far: a hub's further neighbours add nothing but time.
+const MOST: usize = 32;
+
+/// The known part of a vertex's ring.
+#[derive(Default)]
+pub(crate) struct Ring {
+    /// All ring members in order, `NONE` for virtual ones.
+    all: Vec<u32>,
+    /// The known ones.
+    known: Vec<u32>,
+    /// Parallelogram predictions from known neighbours.
+    parallelograms: Vec<[i64; 3]>,
+    at_boundary: bool,
+    /// The vertex itself; those from it on are not known yet.
+    vertex: u32,
+}
+
+impl Ring {
+    /// Collects the ring of `v`, which is at `corner`. Vertices from `v` on are unknown.
+    pub fn gather(&mut self, surface: &Surface, corner: u32, v: u32, positions: &[Point]) {
+        self.all.clear();
+        self.known.clear();
+        self.parallelograms.clear();
+        self.at_boundary = false;
+        self.vertex = v;
+        let known = |x: u32| x < v && !surface.is_virtual(x);
+        for c in surface.fan(corner).take(MOST) {
+            let a = surface.at(next(c));
+            if surface.is_virtual(a) {
+                self.at_boundary = true;
+                self.all.push(NONE);
+                continue;
+            }
+            self.all.push(a);
+            if a >= v {
+                continue;
+            }
+            self.known.push(a);
+            let b = surface.at(crate::mesh::prev(c));
+            if !known(b) {
+                continue;
+            }
+            let w = surface.at(surface.across(c));
+            if known(w) {
+                let (a, b, w) = (positions[a as usize], positions[b as usize], positions[w as usize]);
+                self.parallelograms.push([0, 1, 2].map(|k| a[k] as i64 + b[k] as i64 - w[k] as i64));
+            }
+        }
+    }
+
+    /// How many neighbours are known.
+    pub fn known(&self) -> usize {
+        self.known.len()
+    }
+
+    /// The known neighbours.
+    pub fn vertices(&self) -> &[u32] {
+        &self.known
+    }
+}
+
+/// Everything that the models look at.
+pub(crate) struct Neighbourhood<'a> {
+    /// The experts' points, in 1/256: the first twice, the two nearest parallelograms, the mean
+    /// of the known neighbours, the estimate.
+    pub predictions: [Vector; EXPERTS],
+    /// Normal of the surface here, of any length below 2⁴⁸.
+    pub normal: Vector,
+    pub at_boundary: bool,
+    pub parallelograms: usize,
+    /// 0..=5 parallelograms, 6 if the whole ring is known.
+    pub class: usize,
+    /// Logarithm of the mean distance of the known neighbours, two an octave.
+    pub size: usize,
+    /// That distance, in 1/256.
+    pub edge: u64,
+    pub rough: Roughness,
+    pub level: usize,
+    pub estimate_only: bool,
+    ring: std::marker::PhantomData<&'a ()>,
+}
+
+/// Share of the parallelograms' mean in the first expectation, in 1/16, by their number; the
+/// rest is the estimate's.
+const SHARE: [i64; 7] = [0, 4, 6, 7, 8, 8, 8];
+
+impl<'a> Neighbourhood<'a> {
+    pub fn new(
+        ring: &'a Ring,
+        pass: &Pass,
+        positions: &[Point],
+        errors: &[[i32; 3]],
+        estimate: Option<&Vector>,
+        rough: &[Roughness],
+    ) -> Self {
+        let n = ring.known.len() as i64;
+        let mut sum = [0i64; 3];
+        let (mut tangential, mut normal) = (0u64, 0u64);
+        let mut error = [0i64; 3];
+        let mut with_error = 0i64;
+        for &y in &ring.known {
+            add_to(&mut sum, positions[y as usize].map(|x| x as i64));
+            tangential += rough[y as usize].tangential as u64;
+            normal += rough[y as usize].normal as u64;
+            if y >= pass.first && !errors.is_empty() {
+                add_to(&mut error, errors[(y - pass.first) as usize].map(|x| x as i64));
+                with_error += 1;
+            }
+        }
+        let mean = sum.map(|x| (x << FRACTION_BITS).div_euclid(n));
+        let mut edge = 0u64;
+        for &y in &ring.known {
+            let p = positions[y as usize];
+            edge += (0..3).map(|k| ((p[k] as i64) << FRACTION_BITS).abs_diff(mean[k])).max().unwrap_or(0);
+        }
+        let edge = edge / n as u64;
+        let estimate = estimate.map(|&e| {
+            if with_error == 0 { e } else { [0, 1, 2].map(|k| e[k] + error[k] / (with_error + 1)) }
+        });
+        let count = ring.parallelograms.len();
+        let fallback = estimate.unwrap_or(mean);
+        let base = if count == 0 {
+            fallback
+        } else {
+            let mut sum = [0i64; 3];
+            ring.parallelograms.iter().for_each(|&p| add_to(&mut sum, p));
+            sum.map(|x| (x << FRACTION_BITS).div_euclid(count as i64))
+        };
+        let first = match estimate {
+            Some(e) => [0, 1, 2].map(|k| e[k] + (((base[k] - e[k]) * SHARE[count.min(6)]) >> 4)),
+            None => base,
+        };
+        let [nearest, second] = ring.two_nearest(first, base);
+        let whole = ring.known.len() == ring.all.len();
+        Neighbourhood {
+            predictions: [first, first, nearest, second, mean, fallback],
+            normal: ring.normal(pass, positions),
+            at_boundary: ring.at_boundary,
+            parallelograms: count,
+            class: if whole { 6 } else { count.min(5) },
+            size: bin(edge + 1, 2, -6, 64),
+            edge,
+            rough: Roughness { tangential: (tangential / n as u64) as u32, normal: (normal / n as u64) as u32 },
+            level: ring.known.len().min(7),
+            estimate_only: count == 0,
+            ring: std::marker::PhantomData,
+        }
+    }
+}
+
+impl Ring {
+    /// The two parallelograms nearest to `to`, in 1/256.
+    fn two_nearest(&self, to: Vector, otherwise: Vector) -> [Vector; 2] {
+        let mut best = [(i64::MAX, otherwise), (i64::MAX, otherwise)];
+        for p in &self.parallelograms {
+            let p = p.map(|x| x << FRACTION_BITS);
+            let distance = (0..3).map(|k| (p[k] - to[k]).abs()).sum();
+            if distance < best[0].0 {
+                best = [(distance, p), best[0]];
+            } else if distance < best[1].0 {
+                best[1] = (distance, p);
+            }
+        }
+        if best[1].0 == i64::MAX {
+            best[1] = best[0];
+        }
+        best.map(|b| b.1)
+    }
+
+    /// Area vector of the ring; unknown members lie where they are estimated.
+    fn normal(&self, pass: &Pass, positions: &[Point]) -> Vector {
+        let origin = positions[self.known[0] as usize];
+        let place = |x: u32| -> Option<Vector> {
+            if x == NONE {
+                None
+            } else if x < self.vertex {
+                Some(sub(positions[x as usize], origin))
+            } else {
+                let estimate = pass.estimates.get((x - pass.first) as usize)?;
+                Some([0, 1, 2].map(|k| (estimate[k] >> FRACTION_BITS) - origin[k] as i64))
+            }
+        };
+        let mut sum = [0i64; 3];
+        for (i, &x) in self.all.iter().enumerate() {
+            let y = self.all[(i + 1) % self.all.len()];
+            if let (Some(a), Some(b)) = (place(x), place(y)) {
+                add_to(&mut sum, cross(a, b));
+            }
+        }
+        let all = sum.iter().fold(0, |m, x| m | x.unsigned_abs());
+        let spare = 17u32.saturating_sub(all.leading_zeros());
+        sum.map(|x| x >> spare)
+    }
+}

@@ -1,0 +1,114 @@
+//! How far predictions are off: adaptive scales and their logarithms.
+
+use crate::entropy::log2_fixed;
+
+/// After this many samples a cell's history counts half.
+const LIMIT: u32 = 120;
+
+/// 65536 / n.
+static RECIPROCAL: [u32; LIMIT as usize + 3] = {
+    let mut table = [0; LIMIT as usize + 3];
+    let mut n = 1;
+    while n < table.len() {
+        table[n] = 65536 / n as u32;
+        n += 1;
+    }
+    table
+};
+
+/// A running mean of magnitudes, in 1/256.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct ScaleCell {
+    sum: u64,
+    count: u32,
+}
+
+impl ScaleCell {
+    /// The mean, with `prior` counted as two samples.
+    #[inline(always)]
+    pub fn mean(self, prior: u64) -> u64 {
+        ((self.sum + 2 * prior) * RECIPROCAL[self.count as usize + 2] as u64) >> 16
+    }
+
+    #[inline(always)]
+    pub fn learn(&mut self, magnitude: u64) {
+        self.sum += magnitude.min(1 << 36);
+        self.count += 1;
+        if self.count >= LIMIT {
+            self.sum /= 2;
+            self.count /= 2;
+        }
+    }
+}
+
+/// A logistic distribution's scale, one of eight an octave.
+#[derive(Clone, Copy)]
+pub(crate) struct Scale {
+    /// In 1/256 of a lattice step.
+    width: i64,
+    /// 2²⁸ / width.
+    inverse: i64,
+    /// log₂ of the mean magnitude (in 1/256), in 1/8.
+    pub log: usize,
+}
+
+const LOGS: usize = 8 * 40;
+
+/// Width and inverse for each logarithm. The mean magnitude of a logistic variable is 2 ln 2
+/// times its scale; 0.75 rather than 0.72 allows for heavier tails.
+static SCALES: [(i64, i64); LOGS] = {
+    let mut table = [(0, 0); LOGS];
+    let mut i = 0;
+    while i < LOGS {
+        // The middle of the cell: 2^(i/8) · (1 + (i mod 8 + ½)/8), times ¾.
+        let magnitude = ((17 + 2 * (i as i64 % 8)) << (i / 8)) / 16;
+        let width = magnitude * 3 / 4;
+        let width = if width < 31 { 31 } else { width };
+        table[i] = (width, (1 << 28) / width);
+        i += 1;
+    }
+    table
+};
+
+impl Scale {
+    /// The scale for a mean magnitude in 1/256.
+    #[inline(always)]
+    pub fn new(mean: u64) -> Self {
+        let log = (log2_fixed(mean, 3) as usize).min(LOGS - 1);
+        let (width, inverse) = SCALES[log];
+        Scale { width, inverse, log }
+    }
+
+    /// `difference` (in 1/256 of a step) in units of the scale, in 1/256; saturates at ±16.
+    #[inline(always)]
+    pub fn standardise(self, difference: i64) -> i32 {
+        let far = 16 * self.width;
+        ((difference.clamp(-far, far) * self.inverse) >> 20) as i32
+    }
+
+    /// The bin width that suits the scale: 0.9 of the mean magnitude, at least one step.
+    #[inline(always)]
+    pub fn unit(self) -> i64 {
+        ((self.width * 6 / 5 + 128) >> 8).max(1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cell_follows_the_mean_and_a_scale_standardises() {
+        let mut cell = ScaleCell::default();
+        assert_eq!(cell.mean(700) / 10, 69);
+        (0..1000).for_each(|i| cell.learn(1000 + i % 2));
+        assert!((cell.mean(1) as i64 - 1000).abs() < 30);
+        for mean in [1u64, 100, 256, 3000, 1 << 20, 1 << 35] {
+            let scale = Scale::new(mean);
+            let expected = (0.75 * mean as f64).max(31.0);
+            assert!((scale.width as f64 / expected - 1.0).abs() < 0.1, "{mean}: {}", scale.width);
+            assert!((scale.standardise(scale.width) - 256).abs() <= 2, "{mean}");
+            assert_eq!(scale.standardise(i64::MAX) / 16, 255);
+        }
+    }
+}

@@ -1,0 +1,74 @@
+//! The adaptive reverse step: which vertices of an irregular surface to divide off.
+//!
+//! One refinement step splits faces and flips edges beside them, so the encoder may choose a
+//! set R of *odd* vertices if each vertex v of R satisfies this:
+//!
+//! - v is real, its ring is simple and has at most one virtual vertex, its valence d is 3 to 6;
+//! - d − 3 of its spokes, no two cyclically adjacent, are flipped. That leaves v with three
+//!   neighbours: the corners of the coarse face that it splits. They are not in R;
+//! - a neighbour in R is joined to v by a spoke that both flip (it is one flip, shared);
+//! - no flip makes an edge that the fine surface has or that another flip makes, and no two
+//!   coarse faces have the same corners. So a simplicial complex stays one.
+//!
+//! ```text
+//!        y                    y
+//!      / | \                / | \
+//!     /  |  \              /  |  \
+//!    /   v---w    ->      /   v   w      v keeps x, y, z; the face (x, w, y) is left,
+//!   /  / |  /            /  / |  /       or, if w is in R too, (x, w, y) is part of
+//!   z/   | /             z/   | /        the coarse face that w splits
+//!     \  |/                \  |/
+//!        x                    x
+//! ```
+//!
+//! Adjacent removals matter: in the √3 pattern every odd vertex has three odd neighbours, and
+//! an independent set costs a sixth more bytes. A maximum set is out of reach, so vertices are
+//! taken greedily by a [score](score) that rewards dense packing and predictable positions.
+
+mod coarsen;
+mod queue;
+mod score;
+mod select;
+#[cfg(test)]
+mod tests;
+
+use super::Reduction;
+use crate::mesh::Surface;
+
+/// The ring positions whose spokes are flipped, as a bit set.
+type Flips = u8;
+
+/// Largest valence of a vertex that one step can insert.
+const MAX_VALENCE: usize = 6;
+
+/// All flip sets of a vertex of each valence: d − 3 positions, no two cyclically adjacent.
+const FLIP_SETS: [&[Flips]; MAX_VALENCE + 1] = [
+    &[],
+    &[],
+    &[],
+    &[0],
+    &[0b0001, 0b0010, 0b0100, 0b1000],
+    &[0b00101, 0b01010, 0b10100, 0b01001, 0b10010],
+    &[0b010101, 0b101010],
+];
+
+/// The three ring positions, ascending, that a flip set leaves unflipped.
+fn corners_of(flips: Flips) -> [usize; 3] {
+    let mut unset = !flips;
+    [(); 3].map(|()| {
+        let i = unset.trailing_zeros() as usize;
+        unset &= unset - 1;
+        i
+    })
+}
+
+/// Chooses a set of vertices to divide off and returns the step, or `None` if there is none.
+///
+/// `positions` holds lattice coordinates below 2^26 in magnitude, one point a vertex of `fine`;
+/// those of virtual vertices are ignored. They guide the choice only: any positions give a
+/// valid step. Deterministic, integer, linear time; about 130 bytes a vertex of scratch memory.
+pub(crate) fn reduce(fine: &Surface, positions: &[[i32; 3]]) -> Option<Reduction> {
+    let corner = fine.any_corner();
+    let odd = select::select(fine, &corner, positions);
+    odd.iter().any(Option::is_some).then(|| coarsen::coarsen(fine, &corner, &odd))
+}

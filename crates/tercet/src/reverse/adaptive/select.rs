@@ -1,0 +1,264 @@
+//! The greedy choice of the odd vertices.
+
+use super::queue::BucketQueue;
+use super::score::{Scaled, Star, State, THRESHOLD, UNIT};
+use super::{Flips, MAX_VALENCE, corners_of};
+use crate::mesh::{NONE, Surface, next};
+
+/// Buckets for each unit of score, from one unit below the threshold up.
+const BUCKETS_PER_UNIT: i32 = 12;
+/// Buckets in all; their range covers the scores that occur.
+const BUCKETS: usize = 320;
+/// No edge is made between two vertices both of higher valence than this, so that looking for
+/// an edge takes constant time.
+const LARGEST_WALK: u32 = 30;
+
+/// Chooses odd vertices with their flip sets by descending score.
+///
+/// `corner` holds the first corner of each vertex; ring positions count from it.
+pub(super) fn select(fine: &Surface, corner: &[u32], positions: &[[i32; 3]]) -> Vec<Option<Flips>> {
+    let mut selector = Selector::new(fine, corner, positions);
+    while let Some(v) = selector.queue.pop() {
+        if selector.state[v as usize].is_candidate() {
+            selector.decide(v);
+        }
+    }
+    selector.odd
+}
+
+struct Selector<'a> {
+    fine: &'a Surface,
+    corner: &'a [u32],
+    valence: Vec<u32>,
+    /// Meaningful for vertices that are or were candidates.
+    star: Vec<Star>,
+    state: Vec<State>,
+    odd: Vec<Option<Flips>>,
+    planned: PlannedEdges,
+    queue: BucketQueue,
+    /// Number of the commitment that last re-scored a vertex.
+    stamp: Vec<u32>,
+    commitments: u32,
+}
+
+impl<'a> Selector<'a> {
+    fn new(fine: &'a Surface, corner: &'a [u32], positions: &[[i32; 3]]) -> Self {
+        let n = fine.vertices as usize;
+        let valence = fine.valences();
+        let scaled = Scaled::new(positions, fine.virtuals);
+        let mut star = vec![Star::NONE; n];
+        let mut state = vec![State::Kept; n];
+        for v in 0..fine.vertices {
+            let i = v as usize;
+            if valence[i] as usize > MAX_VALENCE {
+                state[i] = State::Hub;
+            } else if let Some((ring, d)) = simple_ring(fine, corner[i], valence[i]) {
+                star[i] = Star::new(v, &ring[..d], fine.virtuals, &scaled);
+                state[i] = if d == MAX_VALENCE { State::Candidate } else { State::LowCandidate };
+            }
+        }
+        for virtual_vertex in &mut state[..fine.virtuals as usize] {
+            *virtual_vertex = State::Kept;
+        }
+        let mut selector = Self {
+            fine,
+            corner,
+            valence,
+            star,
+            state,
+            odd: vec![None; n],
+            planned: PlannedEdges::new(n),
+            queue: BucketQueue::new(BUCKETS, n),
+            stamp: vec![0; n],
+            commitments: 0,
+        };
+        for v in (0..fine.vertices).rev() {
+            selector.enqueue(v);
+        }
+        selector
+    }
+
+    /// Puts a candidate where its score belongs, or keeps it if it has no flip set left.
+    fn enqueue(&mut self, v: u32) {
+        let i = v as usize;
+        if !self.state[i].is_candidate() {
+            return;
+        }
+        match self.star[i].best(&self.state) {
+            Some((score, _)) => {
+                let bucket = (score - THRESHOLD + UNIT) * BUCKETS_PER_UNIT / UNIT;
+                self.queue.put(v, bucket.clamp(0, BUCKETS as i32 - 1) as usize);
+            }
+            None => self.state[i] = State::Kept,
+        }
+    }
+
+    /// Divides v off with its best flip set, or keeps it, or finds a flip impossible and puts
+    /// it back. Edges are looked up here only: most candidates never come so far.
+    fn decide(&mut self, v: u32) {
+        let i = v as usize;
+        match self.star[i].best(&self.state) {
+            Some((score, flips)) if score >= THRESHOLD => {
+                if let Some(spoke) = self.obstructed(v, flips) {
+                    self.star[i].ban(spoke);
+                    self.enqueue(v);
+                } else if self.repeats_a_face(v, flips) {
+                    self.state[i] = State::Kept;
+                } else {
+                    self.commit(v, flips);
+                }
+            }
+            _ => self.state[i] = State::Kept,
+        }
+    }
+
+    /// The spokes that a flip set flips first, each with its ring position and new edge; those
+    /// shared with an odd neighbour are left out.
+    fn new_edges(&self, v: u32, flips: Flips) -> impl Iterator<Item = (usize, u32, u32)> + 'a {
+        let star = self.star[v as usize];
+        let d = star.valence as usize;
+        let mut fresh = flips;
+        for i in (0..d).filter(|i| flips >> i & 1 == 1) {
+            if self.state[star.ring[i] as usize] == State::Odd {
+                fresh &= !(1 << i);
+            }
+        }
+        (0..d)
+            .filter(move |i| fresh >> i & 1 == 1)
+            .map(move |i| (i, star.ring[(i + d - 1) % d], star.ring[(i + 1) % d]))
+    }
+
+    /// A spoke of the set whose flip would make an edge that exists or is planned.
+    fn obstructed(&self, v: u32, flips: Flips) -> Option<usize> {
+        self.new_edges(v, flips).find(|&(_, x, y)| self.edge_exists(x, y)).map(|(i, _, _)| i)
+    }
+
+    /// Orders the ends of an edge by valence, so that the first has a short ring.
+    fn by_valence(&self, x: u32, y: u32) -> (u32, u32) {
+        let key = |v: u32| (self.valence[v as usize], v);
+        if key(x) <= key(y) { (x, y) } else { (y, x) }
+    }
+
+    fn edge_exists(&self, x: u32, y: u32) -> bool {
+        let (near, far) = self.by_valence(x, y);
+        self.valence[near as usize] > LARGEST_WALK
+            || self.planned.contains(near, far)
+            || self.fine.fan(self.corner[near as usize]).any(|c| self.fine.at(next(c)) == far)
+    }
+
+    /// Whether the coarse face of v would have the same corners as another face.
+    ///
+    /// New edges are unique, so this can only be a face across an edge that is old or shared.
+    fn repeats_a_face(&self, v: u32, flips: Flips) -> bool {
+        let star = &self.star[v as usize];
+        let corners = corners_of(flips).map(|i| star.ring[i]);
+        let same = |w: u32| {
+            self.odd[w as usize].is_some_and(|flips| {
+                let others = corners_of(flips).map(|i| self.star[w as usize].ring[i]);
+                others.iter().all(|x| corners.contains(x))
+            })
+        };
+        let d = star.valence as usize;
+        if star.ring[..d].iter().any(|&w| same(w)) {
+            return true;
+        }
+        self.fine.fan(self.corner[v as usize]).any(|c| {
+            let apex = self.fine.at(self.fine.across(c));
+            same(apex) || (d == 3 && corners.contains(&apex))
+        })
+    }
+
+    fn commit(&mut self, v: u32, flips: Flips) {
+        let i = v as usize;
+        let star = self.star[i];
+        for (_, x, y) in self.new_edges(v, flips) {
+            let (near, far) = self.by_valence(x, y);
+            self.planned.insert(near, far);
+        }
+        self.state[i] = State::Odd;
+        self.odd[i] = Some(flips);
+        self.commitments += 1;
+        let mut settled = [NONE; 3];
+        for (k, corner) in corners_of(flips).into_iter().enumerate() {
+            let w = star.ring[corner];
+            if self.state[w as usize].is_candidate() {
+                self.state[w as usize] = State::Kept;
+                settled[k] = w;
+            }
+        }
+        for spoke in (0..star.valence as usize).filter(|i| flips >> i & 1 == 1) {
+            self.rescore(star.ring[spoke]);
+        }
+        for w in settled.into_iter().filter(|&w| w != NONE) {
+            let around = self.star[w as usize];
+            for &u in &around.ring[..around.valence as usize] {
+                self.rescore(u);
+            }
+        }
+    }
+
+    /// Moves a candidate whose surroundings changed, once a commitment.
+    fn rescore(&mut self, v: u32) {
+        let stamp = &mut self.stamp[v as usize];
+        if *stamp != self.commitments {
+            *stamp = self.commitments;
+            self.enqueue(v);
+        }
+    }
+}
+
+/// The ring of the vertex at `corner` if its valence is 3 to 6, its members differ from each
+/// other and from it, and at most one is virtual.
+fn simple_ring(fine: &Surface, corner: u32, valence: u32) -> Option<([u32; MAX_VALENCE], usize)> {
+    let d = valence as usize;
+    if !(3..=MAX_VALENCE).contains(&d) {
+        return None;
+    }
+    let v = fine.at(corner);
+    let mut ring = [NONE; MAX_VALENCE];
+    let mut virtuals = 0;
+    for (i, c) in fine.fan(corner).enumerate() {
+        let w = fine.at(next(c));
+        if w == v || ring[..i].contains(&w) {
+            return None;
+        }
+        virtuals += fine.is_virtual(w) as u32;
+        ring[i] = w;
+    }
+    (virtuals <= 1).then_some((ring, d))
+}
+
+/// The edges that flips will make, listed at one end each.
+///
+/// An edge is listed at its end of lower fine valence. Every flip that makes an edge at x
+/// turns another edge facing x, so a list is never longer than that valence.
+struct PlannedEdges {
+    /// First entry of each vertex's list.
+    head: Vec<u32>,
+    /// The other end and the next entry.
+    entry: Vec<(u32, u32)>,
+}
+
+impl PlannedEdges {
+    fn new(vertices: usize) -> Self {
+        Self { head: vec![NONE; vertices], entry: Vec::new() }
+    }
+
+    fn contains(&self, near: u32, far: u32) -> bool {
+        let mut at = self.head[near as usize];
+        while at != NONE {
+            let (end, following) = self.entry[at as usize];
+            if end == far {
+                return true;
+            }
+            at = following;
+        }
+        false
+    }
+
+    fn insert(&mut self, near: u32, far: u32) {
+        let head = &mut self.head[near as usize];
+        self.entry.push((far, *head));
+        *head = self.entry.len() as u32 - 1;
+    }
+}
