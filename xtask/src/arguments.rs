@@ -10,7 +10,7 @@ pub struct Usage;
 
 impl fmt::Display for Usage {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("xtask: wrong arguments")
+        f.write_str("wrong arguments")
     }
 }
 

@@ -11,7 +11,8 @@ use std::process::ExitCode;
 
 const USAGE: &str = "\
 usage: cargo xtask test  [--only STAGE,STAGE] [--fuzz-seconds N]
-       cargo xtask bench [--corpus DIR] [--only MESH,MESH] [--bits 10,12,14] [--runs N] [--write]";
+       cargo xtask bench [--corpus DIR] [--only MESH,MESH] [--bits 10,12,14]
+                         [--tables lattice,sqrt3,exact] [--runs N] [--write]";
 
 fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();
@@ -23,7 +24,7 @@ fn main() -> ExitCode {
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) if error.is::<arguments::Usage>() => {
-            eprintln!("{error:#}\n{USAGE}");
+            eprintln!("xtask: {error:#}\n{USAGE}");
             ExitCode::from(2)
         }
         Err(error) => {

@@ -1,6 +1,7 @@
 //! Running other programs, and installing those that a check needs.
 
 use anyhow::{Context, Result, bail};
+use std::borrow::BorrowMut;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -23,21 +24,23 @@ pub fn command(program: &str, arguments: &[&str]) -> Command {
 }
 
 /// Shows the command, runs it with its output passed on, and fails unless it exits with 0.
-pub fn run(mut command: Command) -> Result<()> {
-    println!("$ {}", shown(&command));
-    let status = command.status().with_context(|| format!("starting {}", shown(&command)))?;
+pub fn run(mut command: impl BorrowMut<Command>) -> Result<()> {
+    let command = command.borrow_mut();
+    println!("$ {}", shown(command));
+    let status = command.status().with_context(|| format!("starting {}", shown(command)))?;
     if !status.success() {
-        bail!("`{}` failed: {status}", shown(&command));
+        bail!("`{}` failed: {status}", shown(command));
     }
     Ok(())
 }
 
 /// Runs the command and returns what it printed; fails, with its errors, unless it exits with 0.
-pub fn capture(mut command: Command) -> Result<String> {
-    let output = command.output().with_context(|| format!("starting {}", shown(&command)))?;
+pub fn capture(mut command: impl BorrowMut<Command>) -> Result<String> {
+    let command = command.borrow_mut();
+    let output = command.output().with_context(|| format!("starting {}", shown(command)))?;
     if !output.status.success() {
         let errors = String::from_utf8_lossy(&output.stderr);
-        bail!("`{}` failed: {}\n{}", shown(&command), output.status, errors.trim_end());
+        bail!("`{}` failed: {}\n{}", shown(command), output.status, errors.trim_end());
     }
     Ok(String::from_utf8_lossy(&output.stdout).into_owned())
 }
