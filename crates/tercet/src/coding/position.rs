@@ -99,22 +99,21 @@ impl PositionModels {
         let mut errors: Vec<[i32; 3]> = Vec::with_capacity(pass.estimates.len());
         for (v, corner) in (pass.first..).zip(corners) {
             ring.gather(pass.surface, corner, v, positions);
+            let i = (v - pass.first) as usize;
             let point = if ring.known() == 0 {
-                errors.push([0; 3]);
                 self.plain(coder, pass, positions[v as usize])
             } else {
-                let i = (v - pass.first) as usize;
                 let around = Neighbourhood::new(&ring, pass, positions, &errors, pass.estimates.get(i), rough);
                 let (point, off) = self.vertex(coder, &around, pass.order, positions[v as usize]);
                 rough[v as usize] = off;
                 for &y in ring.vertices() {
                     rough[y as usize].blend(off);
                 }
-                if let Some(estimate) = pass.estimates.get(i) {
-                    errors.push([0, 1, 2].map(|k| (((point[k] as i64) << FRACTION_BITS) - estimate[k]) as i32));
-                }
                 point
             };
+            if let Some(estimate) = pass.estimates.get(i) {
+                errors.push([0, 1, 2].map(|k| (((point[k] as i64) << FRACTION_BITS) - estimate[k]) as i32));
+            }
             positions[v as usize] = point;
         }
     }
