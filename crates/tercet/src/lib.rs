@@ -8,6 +8,7 @@ pub mod io;
 mod limits;
 mod mesh;
 mod reverse;
+pub mod shapes;
 mod subdivide;
 
 pub use container::Precision;
