@@ -10,6 +10,7 @@ mod mesh;
 mod reverse;
 pub mod shapes;
 mod subdivide;
+pub mod verify;
 
 pub use container::Precision;
 pub use error::{Error, Result};
