@@ -1,2 +1,35 @@
-//! Project tasks.
-fn main() {}
+//! Project tasks: `cargo xtask test` runs every check, `cargo xtask bench` compares with other coders.
+//!
+//! It depends on no crate of the workspace, so that it still runs when those do not compile.
+
+mod arguments;
+mod bench;
+mod process;
+mod test;
+
+use std::process::ExitCode;
+
+const USAGE: &str = "\
+usage: cargo xtask test  [--only STAGE,STAGE] [--fuzz-seconds N]
+       cargo xtask bench [--corpus DIR] [--only MESH,MESH] [--bits 10,12,14]
+                         [--tables lattice,sqrt3,exact] [--runs N] [--write]";
+
+fn main() -> ExitCode {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let done = match words.split_first() {
+        Some((task, rest)) if task == "test" => test::run(rest),
+        Some((task, rest)) if task == "bench" => bench::run(rest),
+        _ => Err(arguments::Usage.into()),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) if error.is::<arguments::Usage>() => {
+            eprintln!("xtask: {error:#}\n{USAGE}");
+            ExitCode::from(2)
+        }
+        Err(error) => {
+            eprintln!("xtask: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}

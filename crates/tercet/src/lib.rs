@@ -2,6 +2,8 @@
 
 mod coding;
 mod container;
+mod decode;
+mod encode;
 mod entropy;
 mod error;
 pub mod io;
@@ -13,6 +15,9 @@ mod subdivide;
 pub mod verify;
 
 pub use container::Precision;
+pub use decode::{Decoder, Info, Level, LevelInfo, decode};
+pub use encode::{EncodeOptions, Encoded, Progress, encode, encode_with};
 pub use error::{Error, Result};
 pub use limits::Limits;
 pub use mesh::Mesh;
+pub use subdivide::Update;

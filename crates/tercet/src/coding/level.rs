@@ -2,13 +2,14 @@
 
 use super::base::code_base;
 use super::flip::FlipModels;
+use super::model::number;
 use super::position::{AxisOrder, Pass, PositionModels, Roughness};
 use super::predict::{estimate, round};
 use super::split::SplitModels;
 use super::vector::{COORDINATE_LIMIT, Point, Vector};
 use crate::entropy::Coder;
 use crate::mesh::{NONE, Surface};
-use crate::subdivide::{Refined, StepKind, Update, predict_sqrt3, refine, refine_sqrt3, update};
+use crate::subdivide::{Refined, StepKind, Update, predict_sqrt3, refine, refine_sqrt3, unlift_positions};
 use crate::{Error, Result};
 
 /// All models and the surface they have reached; the same in encoder and decoder.
@@ -44,7 +45,8 @@ impl Levels {
 
     /// Codes the base's connectivity; `known` is it when encoding. Returns its `origin`: see
     /// [`Base`](super::base::Base).
-    pub fn base<C: Coder>(&mut self, coder: &mut C, known: Option<&Surface>, faces: u32) -> Result<Vec<u32>> {
+    pub fn base<C: Coder>(&mut self, coder: &mut C, known: Option<&Surface>) -> Result<Vec<u32>> {
+        let faces = number(coder, known.map_or(0, Surface::faces));
         let base = code_base(coder, known, faces)?;
         self.surface = base.surface;
         Ok(base.origin)
@@ -127,7 +129,6 @@ impl Levels {
         let coarse = std::mem::replace(&mut self.surface, step.refined.surface);
         let sqrt3 = step.kind != StepKind::Adaptive;
         let lifted = sqrt3 && rule != Update::None;
-        let predicted = if lifted { step.estimates.iter().map(|&e| round(e)).collect() } else { Vec::new() };
         self.positions.extend_from_slice(new);
         self.positions.resize(self.surface.vertices as usize, [0; 3]);
         self.rough.resize(self.surface.vertices as usize, Roughness::START);
@@ -142,7 +143,9 @@ impl Levels {
         let corners = new_corners(&self.surface, first);
         self.position.code(coder, &pass, corners.into_iter(), &mut self.positions, &mut self.rough);
         if lifted {
-            undo(&coarse, step.kind, &mut self.positions, &predicted, rule);
+            unlift_positions(&coarse, step.kind, &mut self.positions, rule);
+            let limit = COORDINATE_LIMIT;
+            self.positions.iter_mut().flatten().for_each(|x| *x = (*x).clamp(-limit, limit));
         }
     }
 }
@@ -156,49 +159,4 @@ fn new_corners(surface: &Surface, first: u32) -> Vec<u32> {
         }
     }
     corner
-}
-
-/// Undoes the update: what was coded of a new vertex is its detail added to the prediction from
-/// the updated coarse vertices.
-fn undo(coarse: &Surface, kind: StepKind, positions: &mut [Point], predicted: &[Point], rule: Update) {
-    let (even, odd) = positions.split_at_mut(coarse.vertices as usize);
-    let minus = |a: Point, b: Point| [0, 1, 2].map(|k| a[k].wrapping_sub(b[k]));
-    let details: Vec<Point> = odd.iter().zip(predicted).map(|(&o, &p)| minus(o, p)).collect();
-    for (even, by) in even.iter_mut().zip(update(coarse, kind, &details, rule)) {
-        *even = minus(*even, by).map(|x| x.clamp(-COORDINATE_LIMIT, COORDINATE_LIMIT));
-    }
-    let again = predict_sqrt3(coarse, kind, even);
-    for ((odd, detail), prediction) in odd.iter_mut().zip(details).zip(again) {
-        let prediction = round(prediction);
-        *odd = [0, 1, 2]
-            .map(|k| prediction[k].wrapping_add(detail[k]).clamp(-COORDINATE_LIMIT, COORDINATE_LIMIT));
-    }
-}
-
-/// The update of one reverse step: what the coarse vertices become and what is coded of the odd
-/// ones, given as a position beside its prediction from the updated vertices.
-pub(crate) fn lift_positions(
-    coarse: &Surface,
-    kind: StepKind,
-    even: &mut [Point],
-    odd: &mut [Point],
-    rule: Update,
-) {
-    let predicted = predict_sqrt3(coarse, kind, even);
-    let details: Vec<Point> = odd
-        .iter()
-        .zip(predicted)
-        .map(|(o, p)| {
-            let p = round(p);
-            [0, 1, 2].map(|k| o[k].wrapping_sub(p[k]))
-        })
-        .collect();
-    for (even, by) in even.iter_mut().zip(update(coarse, kind, &details, rule)) {
-        *even = [0, 1, 2].map(|k| even[k].wrapping_add(by[k]));
-    }
-    let again = predict_sqrt3(coarse, kind, even);
-    for ((odd, detail), p) in odd.iter_mut().zip(details).zip(again) {
-        let p = round(p);
-        *odd = [0, 1, 2].map(|k| p[k].wrapping_add(detail[k]));
-    }
 }

@@ -16,5 +16,5 @@ mod scale;
 mod split;
 mod vector;
 
-pub(crate) use level::{Levels, lift_positions};
+pub(crate) use level::Levels;
 pub(crate) use vector::Point;

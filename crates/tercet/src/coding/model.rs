@@ -44,3 +44,15 @@ impl<const N: usize> BitModel<N> {
         bit
     }
 }
+
+/// Codes a number below 2³² − 1 of which nothing is known: its length in bits, then the bits
+/// (Elias gamma).
+pub(crate) fn number<C: Coder>(coder: &mut C, value: u32) -> u32 {
+    let wanted = 31 - (value.min(u32::MAX - 1) + 1).leading_zeros();
+    let mut bits = 0;
+    while bits < 31 && coder.bit(bits < wanted, 1 << 15) {
+        bits += 1;
+    }
+    let rest = coder.raw_wide((value + 1) & ((1 << bits) - 1), bits);
+    (((1u64 << bits) | rest as u64) - 1) as u32
+}

@@ -1,10 +1,10 @@
 //! What is known around a vertex, and where that places it.
 
 use super::position::{Pass, Roughness, bin};
-use crate::subdivide::FRACTION_BITS;
-use super::residual::EXPERTS;
+use super::residual::{Candidates, EXPERTS, LISTS};
 use super::vector::{Point, Vector, add_to, cross, sub};
 use crate::mesh::{NONE, Surface, next};
+use crate::subdivide::FRACTION_BITS;
 
 /// Rings are looked at this far: a hub's further neighbours add nothing but time.
 const MOST: usize = 32;
@@ -85,7 +85,22 @@ pub(crate) struct Neighbourhood<'a> {
     pub rough: Roughness,
     pub level: usize,
     pub estimate_only: bool,
-    ring: std::marker::PhantomData<&'a ()>,
+    ring: &'a Ring,
+    positions: &'a [Point],
+}
+
+impl Neighbourhood<'_> {
+    /// Values of an axis that may repeat: the neighbours' and the parallelograms'.
+    pub fn candidates(&self, axis: usize) -> [Candidates; LISTS] {
+        let mut lists = [Candidates::default(); LISTS];
+        for &y in &self.ring.known {
+            lists[0].push(self.positions[y as usize][axis] as i64);
+        }
+        for p in &self.ring.parallelograms {
+            lists[1].push(p[axis]);
+        }
+        lists
+    }
 }
 
 /// Share of the parallelograms' mean in the first expectation, in 1/16, by their number; the
@@ -96,7 +111,7 @@ impl<'a> Neighbourhood<'a> {
     pub fn new(
         ring: &'a Ring,
         pass: &Pass,
-        positions: &[Point],
+        positions: &'a [Point],
         errors: &[[i32; 3]],
         estimate: Option<&Vector>,
         rough: &[Roughness],
@@ -148,10 +163,14 @@ impl<'a> Neighbourhood<'a> {
             class: if whole { 6 } else { count.min(5) },
             size: bin(edge + 1, 2, -6, 64),
             edge,
-            rough: Roughness { tangential: (tangential / n as u64) as u32, normal: (normal / n as u64) as u32 },
+            rough: Roughness {
+                tangential: (tangential / n as u64) as u32,
+                normal: (normal / n as u64) as u32,
+            },
             level: ring.known.len().min(7),
             estimate_only: count == 0,
-            ring: std::marker::PhantomData,
+            ring,
+            positions,
         }
     }
 }

@@ -46,6 +46,11 @@ impl Encoder {
         Encoder { low: 0, range: u64::MAX, out: Vec::new() }
     }
 
+    /// Bits written so far, rounded.
+    pub fn bits(&self) -> u64 {
+        8 * self.out.len() as u64 + self.range.leading_zeros() as u64
+    }
+
     /// The bytes written, without the trailing zero bytes that a decoder supplies itself.
     pub fn finish(mut self) -> Vec<u8> {
         // The shortest number in [low, low + range): the fewer low bits it needs the better.

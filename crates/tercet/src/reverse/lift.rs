@@ -12,7 +12,7 @@ use crate::subdivide::Refined;
 ///
 /// Each coarse face ties one corner of the finer surfaces together and the rest follows across
 /// edges; vertex numbers are never compared, so it holds on complexes that are not simple. For
-/// `Sqrt3Odd` it relies on corner `3 * refined.first[f] + 8` of a split face f on the boundary
+/// `Sqrt3Odd` it relies on corner `3 * refined.first[f] + 3` of a split face f on the boundary
 /// being the one at p whose next vertex is q, as in [`Reduction::anchor`]. Linear time.
 pub(crate) fn lift(refined: &Refined, reduction: &Reduction, fine: &Surface, coarse_map: &[u32]) -> Vec<u32> {
     let surface = &refined.surface;
@@ -55,13 +55,15 @@ fn corner_zero(c: u32, d: u32) -> u32 {
 fn seed(reduction: &Reduction, fine: &Surface, corner: u32) -> Option<(u32, u32)> {
     /// Offset of the corner at the new vertex whose next vertex is the split face's corner 0.
     const AT_NEW_VERTEX: u32 = 8;
+    /// Offset of the corner at the first new vertex of a cut boundary edge, the second one next.
+    const AT_CUT: u32 = 3;
     let face = corner / 3;
     let turn = corner % 3;
     let anchor = reduction.anchor[face as usize];
     if reduction.split[face as usize] {
         if reduction.kind == StepKind::Sqrt3Odd && on_boundary(&reduction.coarse, face) {
             // Which edge is cut orients the face already.
-            return Some((AT_NEW_VERTEX, anchor));
+            return Some((AT_CUT, anchor));
         }
         // Around the new vertex, a flipped edge puts one more face between two corners.
         let steps: u32 =

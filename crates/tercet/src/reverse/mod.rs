@@ -6,6 +6,7 @@
 //! chooses the odd vertices (`adaptive`).
 
 mod adaptive;
+mod hierarchy;
 mod lift;
 mod sqrt3;
 
@@ -13,6 +14,7 @@ use crate::mesh::Surface;
 
 pub(crate) use crate::subdivide::StepKind;
 pub(crate) use adaptive::reduce;
+pub(crate) use hierarchy::Hierarchy;
 pub(crate) use lift::lift;
 pub(crate) use sqrt3::{Division, divide, removed};
 

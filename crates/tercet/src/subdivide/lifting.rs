@@ -7,7 +7,7 @@
 //! the one that brings the coarse vertices nearer to the fine surface.
 
 use super::stencil::COMMON_DENOMINATOR;
-use super::{StepKind, for_each_stencil};
+use super::{FRACTION_BITS, StepKind, for_each_stencil, predict_sqrt3};
 use crate::mesh::Surface;
 
 /// How details move the vertices that a coarser level keeps.
@@ -53,6 +53,41 @@ pub(crate) fn update(coarse: &Surface, kind: StepKind, details: &[[i32; 3]], rul
     let round =
         |sum: i128| (2 * sum + one).div_euclid(2 * one).clamp(i32::MIN.into(), i32::MAX.into()) as i32;
     sums.into_iter().map(|sum| sum.map(round)).collect()
+}
+
+/// The update of one analysis step, on lattice positions.
+///
+/// The details of the `odd` vertices (in the order of new vertices) move the `even` ones;
+/// afterwards each odd entry is its detail beside the rounded prediction from the moved
+/// vertices, which is what a decoder can place before it knows any detail.
+pub(crate) fn lift_positions(
+    coarse: &Surface,
+    kind: StepKind,
+    even: &mut [[i32; 3]],
+    odd: &mut [[i32; 3]],
+    rule: Update,
+) {
+    let details = shift_all(odd, &predict_sqrt3(coarse, kind, even), i32::wrapping_sub);
+    for (even, by) in even.iter_mut().zip(update(coarse, kind, &details, rule)) {
+        *even = [0, 1, 2].map(|k| even[k].wrapping_add(by[k]));
+    }
+    odd.copy_from_slice(&shift_all(&details, &predict_sqrt3(coarse, kind, even), i32::wrapping_add));
+}
+
+/// Undoes [`lift_positions`] exactly; `positions` holds the even vertices, then the odd ones.
+pub(crate) fn unlift_positions(coarse: &Surface, kind: StepKind, positions: &mut [[i32; 3]], rule: Update) {
+    let (even, odd) = positions.split_at_mut(coarse.vertices as usize);
+    let details = shift_all(odd, &predict_sqrt3(coarse, kind, even), i32::wrapping_sub);
+    for (even, by) in even.iter_mut().zip(update(coarse, kind, &details, rule)) {
+        *even = [0, 1, 2].map(|k| even[k].wrapping_sub(by[k]));
+    }
+    odd.copy_from_slice(&shift_all(&details, &predict_sqrt3(coarse, kind, even), i32::wrapping_add));
+}
+
+/// Adds or subtracts the rounded predictions.
+fn shift_all(points: &[[i32; 3]], predicted: &[[i64; 3]], by: fn(i32, i32) -> i32) -> Vec<[i32; 3]> {
+    let round = |x: i64| ((x + (1 << (FRACTION_BITS - 1))) >> FRACTION_BITS) as i32;
+    points.iter().zip(predicted).map(|(p, q)| [0, 1, 2].map(|k| by(p[k], round(q[k])))).collect()
 }
 
 #[cfg(test)]

@@ -171,14 +171,16 @@ pub(crate) fn real_faces(s: &Surface) -> u32 {
 pub(crate) fn open_vertices(s: &Surface) -> Vec<bool> {
     let mut open = vec![false; s.vertices as usize];
     for f in (0..s.faces()).filter(|&f| s.is_virtual_face(f)) {
-        s.face(f).map(|v| open[v as usize] = true);
+        for v in s.face(f) {
+            open[v as usize] = true;
+        }
     }
     open
 }
 
 /// Step i of a sequence of √3 steps.
 pub(crate) fn generation(i: u32) -> StepKind {
-    if i % 2 == 0 { StepKind::Sqrt3Even } else { StepKind::Sqrt3Odd }
+    if i.is_multiple_of(2) { StepKind::Sqrt3Even } else { StepKind::Sqrt3Odd }
 }
 
 pub(crate) fn refined(base: &Surface, steps: u32) -> Surface {

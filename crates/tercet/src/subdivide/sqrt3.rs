@@ -95,6 +95,22 @@ fn heir(coarse: &Surface, apex: &[u32], c: u32) -> u32 {
     }
 }
 
+/// The vertices of the three fine faces of coarse face `f` before any flip, where `born` numbers
+/// its new vertex or the first of two, and the pairs of their corners that face each other.
+fn thirds(coarse: &Surface, top: u32, f: u32, born: u32) -> ([u32; 9], &'static [(u32, u32)]) {
+    if top == NONE {
+        let ([x, y, z], v) = (coarse.face(f), born);
+        return ([y, z, v, z, x, v, x, y, v], &[(0, 4), (3, 7), (6, 1)]);
+    }
+    let (t, left, right) = (coarse.at(top), coarse.at(next(top)), coarse.at(prev(top)));
+    let (p, q) = (born, born + 1);
+    if coarse.is_virtual_face(f) {
+        ([p, right, t, q, p, t, left, q, t], &[(1, 3), (4, 6)])
+    } else {
+        ([left, p, t, p, q, t, q, right, t], &[(0, 4), (3, 7)])
+    }
+}
+
 fn refine_odd(coarse: &Surface, apex: &[u32]) -> Refined {
     let faces = coarse.faces();
     let mut vertices = coarse.vertices;
@@ -109,25 +125,12 @@ fn refine_odd(coarse: &Surface, apex: &[u32]) -> Refined {
     let mut opposite = vec![NONE; 9 * faces as usize];
     for f in 0..faces {
         let top = apex[f as usize];
-        let joints = if top == NONE {
-            let (t, v) = (coarse.face(f), born[f as usize]);
-            vertex.extend([t[1], t[2], v, t[2], t[0], v, t[0], t[1], v]);
-            [(0, 4), (3, 7), (6, 1)].as_slice()
-        } else {
-            let (t, l, r) = (coarse.at(top), coarse.at(next(top)), coarse.at(prev(top)));
-            if coarse.is_virtual_face(f) {
-                let p = born[(coarse.across(top) / 3) as usize];
-                vertex.extend([p, r, t, p + 1, p, t, l, p + 1, t]);
-                &[(1, 3), (4, 6)]
-            } else {
-                let p = born[f as usize];
-                vertex.extend([l, p, t, p, p + 1, t, p + 1, r, t]);
-                &[(0, 4), (3, 7)]
-            }
-        };
+        let owner = if coarse.is_virtual_face(f) { coarse.across(top) / 3 } else { f };
+        let (corners, joints) = thirds(coarse, top, f, born[owner as usize]);
+        vertex.extend(corners);
         for &(a, b) in joints {
-            opposite[9 * f as usize + a] = 9 * f + b as u32;
-            opposite[9 * f as usize + b] = 9 * f + a as u32;
+            opposite[(9 * f + a) as usize] = 9 * f + b;
+            opposite[(9 * f + b) as usize] = 9 * f + a;
         }
         for c in 3 * f..3 * f + 3 {
             let beyond = coarse.across(c);

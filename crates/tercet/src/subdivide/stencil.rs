@@ -20,14 +20,15 @@
 //! | even generation, three boundary edges | corners 1/3 |
 //! | odd generation, one boundary edge | on the edge: −5, 60, 30, −4 over 81, and its mirror |
 //!
-//! A *wing* is the vertex across one of the face's edges. In an odd step a face on the boundary is
-//! the half of a lattice triangle's neighbour that the even step could not flip, and the wing of
-//! its neighbours is not its far corner but the mirror image of its apex beyond its boundary
-//! edge: for edge a→b with apex q, the point a + b − q. All rules but the plain one are
-//! Labsik and Greiner's ("Interpolatory √3-subdivision", 2000). The plain one is the only
-//! combination of corners and wings that reproduces quadratic functions on the regular lattice;
-//! it needs no vertex that a face without boundary edges could lack, and its cost is constant,
-//! so that a corner of huge valence does not make a step quadratic.
+//! A *wing* is the vertex across one of the face's edges. In an odd step, if the face across that
+//! edge is on the boundary, its far corner is not where the lattice has a vertex, because the even
+//! step before could not flip its boundary edge: with boundary edge a→b and apex q, the wing is
+//! then the mirror image a + b − q.
+//!
+//! All rules but the plain one are Labsik and Greiner's ("Interpolatory √3-subdivision", 2000). The
+//! plain one is the only combination of corners and wings that reproduces quadratic functions on
+//! the regular lattice. It needs no vertex that a face without boundary edges could lack, and its
+//! cost is constant, so that a corner of huge valence does not make a step quadratic.
 
 use super::StepKind;
 use super::weights::{MAX_VALENCE, ONE, ROWS};
@@ -190,7 +191,9 @@ fn inner_valences(coarse: &Surface, kind: StepKind) -> Vec<u8> {
     let mut valences: Vec<u8> = coarse.valences().into_iter().map(known).collect();
     if coarse.virtuals > 0 {
         for f in (0..coarse.faces()).filter(|&f| coarse.is_virtual_face(f)) {
-            coarse.face(f).map(|v| valences[v as usize] = PLAIN);
+            for v in coarse.face(f) {
+                valences[v as usize] = PLAIN;
+            }
             if kind == StepKind::Sqrt3Odd {
                 let apexes = (3 * f..3 * f + 3).filter(|&c| coarse.is_virtual(coarse.at(c)));
                 apexes.for_each(|c| valences[coarse.at(coarse.across(c)) as usize] = PLAIN);
@@ -251,7 +254,7 @@ mod tests {
 
     type Weights = BTreeMap<u32, i64>;
 
-    /// The merged numerators of new vertex `index`, at `scale` over the stencil's denominator.
+    /// The merged numerators of new vertex `index`, whose stencil has this denominator.
     fn weights(coarse: &Surface, kind: StepKind, index: usize, denominator: i64) -> Weights {
         let mut merged = Weights::new();
         for_each_stencil(coarse, kind, |i, stencil| {

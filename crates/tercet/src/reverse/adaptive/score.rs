@@ -17,7 +17,12 @@ pub(super) const UNIT: i32 = 256;
 /// A neighbour flips the same spoke already: that flip is paid for.
 const SHARED_FLIP: i32 = 719;
 /// Flipping a spoke to a virtual vertex.
-const VIRTUAL_FLIP: i32 = -145;
+const VIRTUAL_FLIP: i16 = -145;
+/// Flipping a spoke beside a virtual vertex, which moves the boundary inwards. Discouraged
+/// rather than forbidden, or boundary loops would shrink no further at coarse levels.
+const BOUNDARY_BEND: i16 = -512;
+/// Distance of a boundary vertex from the middle of the edge that it divides, in spoke lengths.
+const BOUNDARY_OFFSET: i32 = -1000;
 /// Flipping a spoke to a candidate, which may then share the flip.
 const CANDIDATE_FLIP: i32 = 18;
 /// Flipping a spoke to a kept vertex of valence above 6, which lowers it.
@@ -155,17 +160,31 @@ impl Star {
     pub fn new(v: u32, ring: &[u32], virtuals: u32, positions: &Scaled) -> Self {
         let mut star = Star { valence: ring.len() as u8, ..Star::NONE };
         star.ring[..ring.len()].copy_from_slice(ring);
-        if let Some(i) = ring.iter().position(|&w| w < virtuals) {
-            // Half of the fan has no geometry: judge by connectivity alone.
-            star.flip[i] = VIRTUAL_FLIP as i16;
-        } else {
-            let mut spokes = [[0; 3]; MAX_VALENCE];
-            for (spoke, &w) in spokes.iter_mut().zip(ring) {
-                *spoke = positions.between(v, w);
+        let gap = ring.iter().position(|&w| w < virtuals);
+        let mut spokes = [[0; 3]; MAX_VALENCE];
+        for (i, &w) in ring.iter().enumerate() {
+            if gap != Some(i) {
+                spokes[i] = positions.between(v, w);
             }
-            star.judge(&Fan::new(&mut spokes[..ring.len()]));
+        }
+        let fan = Fan::new(&mut spokes[..ring.len()]);
+        match gap {
+            None => star.judge(&fan),
+            Some(gap) => star.judge_on_boundary(&fan, gap),
         }
         star
+    }
+
+    /// As `judge` for a vertex whose neighbour at ring position `gap` is virtual. Half of such a
+    /// fan has no geometry, so faces are not compared with its normal.
+    fn judge_on_boundary(&mut self, fan: &Fan, gap: usize) {
+        let d = fan.spokes.len();
+        self.flip[(gap + d - 1) % d] = BOUNDARY_BEND;
+        self.flip[gap] = VIRTUAL_FLIP;
+        self.flip[(gap + 1) % d] = BOUNDARY_BEND;
+        for (value, &flips) in self.set.iter_mut().zip(FLIP_SETS[d]) {
+            *value = clamped(fan.set_on_boundary(flips, gap));
+        }
     }
 
     fn judge(&mut self, fan: &Fan) {
@@ -223,9 +242,9 @@ fn clamped(value: i32) -> i16 {
     value.clamp(-(1 << 14), 1 << 14) as i16
 }
 
-/// The geometry of a fan of real faces.
+/// The geometry of a fan.
 struct Fan<'a> {
-    /// From the vertex to its neighbours; coordinates below 2^14.
+    /// From the vertex to its neighbours, zero for a virtual one; coordinates below 2^14.
     spokes: &'a [[i64; 3]],
     /// Direction of the fan's normal: below 2^20.
     normal: [i64; 3],
@@ -308,6 +327,21 @@ impl<'a> Fan<'a> {
         value += scaled(TANGENTIAL_OFFSET, within, 3 * self.size);
         value += scaled(MISS, miss, 6 * self.size);
         value + MISS_STEPS * (log2((miss + 6 * self.step) as u64) - log2(6 * self.step as u64)) / UNIT
+    }
+
+    /// Value of a flip set apart from its flips where the spoke at `gap` is virtual (and zero).
+    fn set_on_boundary(&self, flips: Flips, gap: usize) -> i32 {
+        let offset = corners_of(flips).map(|i| self.spoke(i)).into_iter().fold([0; 3], add);
+        let square = if flips >> gap & 1 == 1 {
+            // A real face is split: its barycentre, or the middle of its boundary edge.
+            let [x, _, y] = self.around(gap);
+            let middle = add(x, y);
+            (4 * dot(offset, offset)).min(9 * dot(middle, middle))
+        } else {
+            // A virtual face is split: the middle of its boundary edge.
+            9 * dot(offset, offset)
+        };
+        scaled(BOUNDARY_OFFSET, root(square), 6 * self.size)
     }
 
     /// Six times the distance from the vertex to the nearest of these: the barycentre, the

@@ -51,7 +51,7 @@ impl Facts {
                 over[fine.at(apex) as usize] += 1;
             }
         }
-        if real == 0 || real % 3 != 0 {
+        if real == 0 || !real.is_multiple_of(3) {
             return None;
         }
         let may_be_odd = (0..n).map(|v| match hidden[v] {

@@ -1,5 +1,5 @@
 use super::*;
-use crate::mesh::{NONE, prev};
+use crate::mesh::NONE;
 use crate::subdivide::shapes::{self, Random, generation, refined};
 use crate::subdivide::{refine_sqrt3, subdivide_surface};
 
@@ -145,6 +145,31 @@ fn a_torus_is_divided_where_its_details_are_smallest() {
 }
 
 #[test]
+fn a_band_without_extraordinary_vertices_is_divided_where_its_details_are_smallest() {
+    let base = shapes::annulus(12);
+    let mut random = Random::new(17);
+    let bend = |v: u32| {
+        let angle = std::f64::consts::TAU * f64::from((v.max(2) - 2) / 3) / 12.0;
+        let r = 1e5 * f64::from(2 + (v + 1) % 3) + f64::from(random.below(9000));
+        [r * angle.cos(), r * angle.sin(), 1e4 * (3.0 * angle).sin()]
+    };
+    let (mut fine, mut real) = (base.clone(), (0..base.vertices).map(bend).collect::<Vec<_>>());
+    for step in 0..4 {
+        (fine, real) = subdivide_surface(&fine, &real, generation(step)).unwrap();
+    }
+    let (mixed, number) = shuffled(&fine, 19);
+    let lattice = |p: &[f64; 3]| p.map(|x| x.round() as i32);
+    let mut positions = vec![[0; 3]; real.len()];
+    number.iter().zip(&real).for_each(|(&v, p)| positions[v as usize] = lattice(p));
+    let (_, mut left) = divide_all("band", &mixed, &positions, 4);
+    let mut expected: Vec<_> = real[2..base.vertices as usize].iter().map(lattice).collect();
+    left.drain(..2);
+    left.sort();
+    expected.sort();
+    assert_eq!(left, expected);
+}
+
+#[test]
 fn details_of_a_smooth_refinement_are_rounding_only() {
     let (fine, real) = (shapes::torus(6, 6), torus_points(6, 6));
     let (fine, real) = subdivide_surface(&fine, &real, StepKind::Sqrt3Even).unwrap();
@@ -183,6 +208,20 @@ fn bases_without_a_coarser_level_are_rejected() {
 }
 
 #[test]
+fn coarse_surfaces_too_small_to_be_meshes_are_refused() {
+    let lens = refined(&shapes::close(&[[0, 1, 2], [0, 2, 1]]), 1);
+    assert!(divide(&lens, &[[0; 3]; 5]).is_none());
+    // A torus of one quad has one vertex: both its faces meet it three times.
+    let mut torus = refined(&shapes::torus(3, 3), 1);
+    for least in [27, 9] {
+        assert_eq!(torus.vertices, least);
+        let division = divide(&torus, &vec![[0; 3]; least as usize]);
+        assert_eq!(division.is_some(), least == 27);
+        torus = division.map_or(torus, |d| d.reduction.coarse);
+    }
+}
+
+#[test]
 fn all_components_must_divide() {
     let divisible = refined(&shapes::icosahedron(), 1);
     let mixed = shapes::union(&divisible, &shapes::bipyramid(9));
@@ -200,5 +239,4 @@ fn virtual_faces_that_do_not_fill_loops_are_rejected() {
     let lens = shapes::close(&[[0, 1, 2], [0, 2, 1]]);
     let hidden = Surface { virtuals: 1, ..lens };
     assert!(divide(&hidden, &[[0; 3]; 3]).is_none());
-    let _ = prev(0);
 }

@@ -1,0 +1,195 @@
+//! From a file to a mesh, as its bytes arrive.
+
+use crate::coding::Levels;
+use crate::container::{self, Header, LevelEntry, LevelKind, Part, Reader, UpdateRule};
+use crate::entropy;
+use crate::mesh::{Lattice, Mesh};
+use crate::subdivide::StepKind;
+use crate::{Error, Limits, Precision, Result, Update};
+
+/// What a file says of itself.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Info {
+    /// Version of the file format.
+    pub version: u8,
+    /// What positions mean.
+    pub precision: Precision,
+    /// Whether vertices and faces come back in the order of the original.
+    pub order_kept: bool,
+    /// Vertices of the original.
+    pub vertices: u32,
+    /// Faces of the original.
+    pub faces: u32,
+    /// The base, then each level above it.
+    pub levels: Vec<LevelInfo>,
+    /// Size of the whole file.
+    pub bytes: u64,
+}
+
+/// One level of a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LevelInfo {
+    /// 0 is the base.
+    pub level: u32,
+    /// "base", "adaptive" or "sqrt3".
+    pub kind: &'static str,
+    /// How its details moved the vertices of the level below.
+    pub update: Update,
+    /// Vertices of this level.
+    pub vertices: u32,
+    /// Faces of this level.
+    pub faces: u32,
+    /// Bytes from the file's start to the end of this level.
+    pub bytes: u64,
+    /// Root mean square distance of the original's vertices from this level's surface, as a
+    /// part of the bounding box's diagonal.
+    pub error: f32,
+}
+
+impl Info {
+    fn new(header: &Header) -> Self {
+        let outline = &header.outline;
+        let level = |(i, (entry, section)): (usize, (&LevelEntry, &container::Section))| LevelInfo {
+            level: i as u32,
+            kind: match entry.kind {
+                LevelKind::Base => "base",
+                LevelKind::Adaptive => "adaptive",
+                LevelKind::Sqrt3Even | LevelKind::Sqrt3Odd => "sqrt3",
+            },
+            update: rule(entry),
+            vertices: entry.vertices,
+            faces: entry.faces,
+            bytes: section.end(),
+            error: entry.error,
+        };
+        Info {
+            version: container::VERSION,
+            precision: outline.precision.clone(),
+            order_kept: outline.order_kept,
+            vertices: outline.vertices,
+            faces: outline.faces,
+            levels: outline.levels.iter().zip(&header.sections).enumerate().map(level).collect(),
+            bytes: header.sections.iter().map(container::Section::end).max().unwrap_or(0),
+        }
+    }
+
+    pub(crate) fn of(file: &[u8]) -> Result<Info> {
+        let mut decoder = Decoder::new(Limits::default());
+        decoder.push(file);
+        decoder.reader.next_section()?;
+        decoder.info().ok_or_else(|| Error::format("header", "incomplete"))
+    }
+}
+
+fn rule(entry: &LevelEntry) -> Update {
+    match entry.update {
+        UpdateRule::None => Update::None,
+        UpdateRule::Third => Update::Third,
+        UpdateRule::Paper => Update::Paper,
+    }
+}
+
+/// A mesh as far as it has arrived.
+#[derive(Clone, Debug)]
+pub struct Level {
+    /// 0 is the base.
+    pub level: u32,
+    /// The mesh at this level.
+    pub mesh: Mesh,
+    /// Whether every section of the file has arrived, so that `mesh` is the original (under the
+    /// precision that the file states).
+    pub restored: bool,
+}
+
+/// A progressive decoder: bytes in, levels out.
+pub struct Decoder {
+    reader: Reader,
+    levels: Levels,
+}
+
+impl Decoder {
+    /// A decoder that holds no more memory than `limits` allow.
+    pub fn new(limits: Limits) -> Self {
+        Decoder { reader: Reader::new(limits), levels: Levels::new() }
+    }
+
+    /// Takes the next bytes of the file, any number of them.
+    pub fn push(&mut self, bytes: &[u8]) {
+        self.reader.push(bytes);
+    }
+
+    /// What the file says of itself, once its header has arrived.
+    pub fn info(&self) -> Option<Info> {
+        self.reader.header().map(Info::new)
+    }
+
+    /// The next level whose bytes have arrived, if any.
+    ///
+    /// # Errors
+    /// What is wrong with the bytes; levels returned before stand.
+    pub fn next_level(&mut self) -> Result<Option<Level>> {
+        let Some((part, bytes)) = self.reader.next_section()? else { return Ok(None) };
+        let Part::Level(level) = part else {
+            return Err(Error::Unsupported(format!("section {part}")));
+        };
+        let header = self.reader.header().ok_or_else(|| Error::format("header", "incomplete"))?;
+        let entry = header.outline.levels[level];
+        let lattice = Lattice::new(&header.outline.precision);
+        let restored = level + 1 == header.outline.levels.len() && header.outline.supplements.is_empty();
+        self.level(entry, &bytes)?;
+        Ok(Some(Level { level: level as u32, mesh: self.mesh(&lattice), restored }))
+    }
+
+    /// Whether the whole file has arrived.
+    ///
+    /// # Errors
+    /// [`Error::Truncated`] if not.
+    pub fn finish(&self) -> Result<()> {
+        self.reader.finish()
+    }
+
+    fn level(&mut self, entry: LevelEntry, bytes: &[u8]) -> Result<()> {
+        let mut coder = entropy::Decoder::new(bytes);
+        let kind = match entry.kind {
+            LevelKind::Base => {
+                self.levels.base(&mut coder, None)?;
+                self.levels.base_positions(&mut coder, Vec::new());
+                return Ok(());
+            }
+            LevelKind::Adaptive => StepKind::Adaptive,
+            LevelKind::Sqrt3Even => StepKind::Sqrt3Even,
+            LevelKind::Sqrt3Odd => StepKind::Sqrt3Odd,
+        };
+        let step =
+            self.levels.connectivity(&mut coder, kind, Vec::new(), Vec::new(), entry.vertices as u64)?;
+        self.levels.positions(&mut coder, step, &[], rule(&entry));
+        Ok(())
+    }
+
+    fn mesh(&self, lattice: &Lattice) -> Mesh {
+        let surface = &self.levels.surface;
+        let virtuals = surface.virtuals;
+        let positions =
+            self.levels.positions[virtuals as usize..].iter().map(|&q| lattice.value(q)).collect();
+        let faces = (0..surface.faces())
+            .filter(|&f| !surface.is_virtual_face(f))
+            .map(|f| surface.face(f).map(|v| v - virtuals))
+            .collect();
+        Mesh { positions, faces }
+    }
+}
+
+/// Decodes a whole file.
+///
+/// # Errors
+/// What is wrong with the bytes, [`Error::Truncated`] if they end early.
+pub fn decode(bytes: &[u8], limits: &Limits) -> Result<Mesh> {
+    let mut decoder = Decoder::new(*limits);
+    decoder.push(bytes);
+    let mut last = None;
+    while let Some(level) = decoder.next_level()? {
+        last = Some(level.mesh);
+    }
+    decoder.finish()?;
+    last.ok_or_else(|| Error::format("file", "no level"))
+}

@@ -1,0 +1,72 @@
+//! All reverse steps of a surface, down to the base.
+
+use super::{Reduction, StepKind, divide, reduce, removed};
+use crate::mesh::Surface;
+use crate::subdivide::{Update, lift_positions};
+
+/// No reverse step starts from fewer real vertices: a level costs a line of the file's index.
+const SMALLEST: u32 = 24;
+
+/// A step that removes fewer than one vertex in this many is not worth a level.
+const LEAST_SHARE: u32 = 24;
+
+/// A surface and the steps that lead down from it.
+pub(crate) struct Hierarchy {
+    finest: Surface,
+    /// Finest first.
+    pub steps: Vec<Reduction>,
+    /// Lattice positions by level, finest first: one more than there are steps. Under an update
+    /// those of odd vertices are what is coded of them.
+    pub positions: Vec<Vec<[i32; 3]>>,
+}
+
+impl Hierarchy {
+    /// Reduces `surface` as far as it pays. A level is a √3 step wherever the surface divides.
+    /// `progress` is told the vertices that are left. Time O(n).
+    pub fn build(
+        surface: Surface,
+        positions: Vec<[i32; 3]>,
+        rule: Update,
+        mut progress: impl FnMut(u32),
+    ) -> Hierarchy {
+        let mut hierarchy = Hierarchy { finest: surface, steps: Vec::new(), positions: vec![positions] };
+        loop {
+            let level = hierarchy.steps.len();
+            let fine = hierarchy.surface(level);
+            let real = fine.vertices - fine.virtuals;
+            progress(real);
+            if real < SMALLEST {
+                break;
+            }
+            let positions = &hierarchy.positions[level];
+            let step = match divide(fine, positions) {
+                Some(division) => Some(division.reduction),
+                None => reduce(fine, positions).filter(|step| {
+                    let gone = fine.vertices - step.coarse.vertices;
+                    gone > real / LEAST_SHARE
+                }),
+            };
+            let Some(step) = step else { break };
+            let mut coarse: Vec<[i32; 3]> = step.kept.iter().map(|&v| positions[v as usize]).collect();
+            if step.kind != StepKind::Adaptive && rule != Update::None {
+                let gone: Vec<u32> = removed(fine, &step).collect();
+                let mut odd: Vec<[i32; 3]> = gone.iter().map(|&v| positions[v as usize]).collect();
+                lift_positions(&step.coarse, step.kind, &mut coarse, &mut odd, rule);
+                for (v, odd) in gone.into_iter().zip(odd) {
+                    hierarchy.positions[level][v as usize] = odd;
+                }
+            }
+            hierarchy.positions.push(coarse);
+            hierarchy.steps.push(step);
+        }
+        hierarchy
+    }
+
+    /// The surface after `level` reverse steps.
+    pub fn surface(&self, level: usize) -> &Surface {
+        match level {
+            0 => &self.finest,
+            _ => &self.steps[level - 1].coarse,
+        }
+    }
+}

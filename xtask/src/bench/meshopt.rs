@@ -1,0 +1,42 @@
+//! meshoptimizer's vertex and index codecs followed by `zstd -19`, run by node.
+
+use crate::process::{available, capture, command, debian_packages, root, target_dir};
+use anyhow::{Result, bail};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The folder that holds the script and its package.
+pub struct Program(PathBuf);
+
+impl Program {
+    /// Installs what is needed; says what is missing where it cannot.
+    pub fn set_up() -> Result<Self> {
+        if !available("node") || !available("npm") {
+            bail!("node and npm are not installed");
+        }
+        if !available("zstd") {
+            debian_packages(&["zstd"])?;
+        }
+        let folder = target_dir()?.join("peers");
+        fs::create_dir_all(&folder)?;
+        for name in ["meshopt.mjs", "package.json"] {
+            fs::copy(root().join("xtask/peers").join(name), folder.join(name))?;
+        }
+        let mut install = command("npm", &["install", "--no-audit", "--no-fund", "--silent"]);
+        install.current_dir(&folder);
+        capture(install)?;
+        Ok(Program(folder))
+    }
+
+    /// The bytes of a mesh with unrounded positions.
+    pub fn encode(&self, ply: &Path, scratch: &Path) -> Result<u64> {
+        let (plain, packed) = (scratch.join("meshopt"), scratch.join("meshopt.zst"));
+        let mut node = command("node", &[]);
+        node.arg(self.0.join("meshopt.mjs")).arg(ply).arg(&plain);
+        capture(node)?;
+        let mut zstd = command("zstd", &["-19", "--quiet", "--force", "-o"]);
+        zstd.arg(&packed).arg(&plain);
+        capture(zstd)?;
+        Ok(fs::metadata(packed)?.len())
+    }
+}

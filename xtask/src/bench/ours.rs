@@ -1,0 +1,87 @@
+//! Our own coder, by way of the library's example program `measure`.
+
+use crate::process::{capture, command, run, target_dir};
+use anyhow::{Context, Result};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+pub struct Program(PathBuf);
+
+pub struct Encoded {
+    pub bytes: u64,
+    /// The part of `bytes` that tells how vertices are joined.
+    pub connectivity_bytes: u64,
+    pub base_vertices: u64,
+    pub seconds: f64,
+    /// Memory at its fullest, the mesh included.
+    pub peak_bytes: u64,
+}
+
+pub struct Decoded {
+    pub vertices: u64,
+    pub faces: u64,
+    pub seconds: f64,
+    pub peak_bytes: u64,
+}
+
+impl Program {
+    pub fn build() -> Result<Self> {
+        run(command("cargo", &["build", "--release", "--locked", "--package=tercet", "--example=measure"]))?;
+        Ok(Program(target_dir()?.join("release/examples/measure")))
+    }
+
+    /// Writes positions and faces of a mesh file as PLY; returns the numbers of vertices and faces.
+    pub fn convert(&self, mesh: &Path, out: &Path) -> Result<(u64, u64)> {
+        let facts = Facts::of(self.task("convert").arg(mesh).arg(out))?;
+        Ok((facts.number("vertices")?, facts.number("faces")?))
+    }
+
+    /// Refines a mesh by √3 steps, adds noise and shuffles it.
+    pub fn refine(&self, mesh: &Path, out: &Path, steps: u32) -> Result<(u64, u64)> {
+        let facts = Facts::of(self.task("refine").arg(mesh).arg(out).arg(steps.to_string()))?;
+        Ok((facts.number("vertices")?, facts.number("faces")?))
+    }
+
+    /// Encodes on a lattice of `bits` bits, or exactly.
+    pub fn encode(&self, mesh: &Path, out: &Path, bits: Option<u8>) -> Result<Encoded> {
+        let bits = bits.map_or("exact".to_owned(), |bits| bits.to_string());
+        let facts = Facts::of(self.task("encode").arg(mesh).arg(out).arg(bits))?;
+        Ok(Encoded {
+            bytes: facts.number("bytes")?,
+            connectivity_bytes: facts.number("connectivity_bytes")?,
+            base_vertices: facts.number("base_vertices")?,
+            seconds: facts.number("seconds")?,
+            peak_bytes: facts.number("peak_bytes")?,
+        })
+    }
+
+    pub fn decode(&self, file: &Path) -> Result<Decoded> {
+        let facts = Facts::of(self.task("decode").arg(file))?;
+        Ok(Decoded {
+            vertices: facts.number("vertices")?,
+            faces: facts.number("faces")?,
+            seconds: facts.number("seconds")?,
+            peak_bytes: facts.number("peak_bytes")?,
+        })
+    }
+
+    fn task(&self, name: &str) -> Command {
+        command(&self.0.to_string_lossy(), &[name])
+    }
+}
+
+/// What the program printed: lines of `name=value`.
+struct Facts(String);
+
+impl Facts {
+    fn of(task: &mut Command) -> Result<Self> {
+        capture(task).map(Facts)
+    }
+
+    fn number<T: std::str::FromStr>(&self, name: &str) -> Result<T> {
+        let value = self.0.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix('='));
+        value
+            .and_then(|value| value.parse().ok())
+            .with_context(|| format!("the program measure printed no number {name}"))
+    }
+}

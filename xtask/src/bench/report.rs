@@ -1,0 +1,175 @@
+//! The tables of `BENCHMARKS.md`.
+
+use crate::process::{capture, command};
+use std::fmt::Write;
+
+/// One mesh on one lattice.
+pub struct LatticeRow {
+    pub mesh: String,
+    pub vertices: u64,
+    pub bytes: u64,
+    pub connectivity_bytes: u64,
+    pub base_vertices: u64,
+    /// The smaller of levels 7 and 10.
+    pub draco_bytes: u64,
+    /// What Draco's decoder returns.
+    pub draco_vertices: u64,
+    /// Encoding and decoding rate, as ratios to Draco's level 10.
+    pub rates: Option<(f64, f64)>,
+    pub encode_peak: u64,
+    pub decode_peak: u64,
+}
+
+impl LatticeRow {
+    pub fn size_ratio(&self) -> f64 {
+        self.bytes as f64 / self.draco_bytes as f64
+    }
+
+    fn per_vertex(&self, amount: u64) -> f64 {
+        amount as f64 / self.vertices as f64
+    }
+}
+
+/// One mesh, every bit of its coordinates kept.
+pub struct ExactRow {
+    pub mesh: String,
+    pub vertices: u64,
+    pub bytes: u64,
+    pub draco_bytes: u64,
+    pub meshopt_bytes: Option<u64>,
+}
+
+impl ExactRow {
+    pub fn size_ratio(&self) -> f64 {
+        let best = self.meshopt_bytes.map_or(self.draco_bytes, |bytes| bytes.min(self.draco_bytes));
+        self.bytes as f64 / best as f64
+    }
+}
+
+/// How the tables were made and how to read them.
+pub fn opening(words: &[String]) -> String {
+    let first_line = |program: &str, arguments: &[&str]| {
+        let output = capture(command(program, arguments)).unwrap_or_default();
+        output.lines().next().unwrap_or("unknown").to_owned()
+    };
+    let cpu = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let cpu = cpu.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));
+    let cores = std::thread::available_parallelism().map_or(0, |cores| cores.get());
+    format!(
+        "# Benchmarks\n\n\
+         Made by `{}`.\n\
+         Machine: {}, {cores} cores; {}; Draco {}.\n\n\
+         - Sizes are bits per vertex of the input, everything counted; \"Draco\" is the smaller of its\n  \
+           levels 7 and 10 on the same lattice, and \"size\" our bytes over its.\n\
+         - Rates are ratios to Draco level 10 in the same run, the median of paired runs, each a new\n  \
+           process that times coding alone; above 1 is faster than Draco. Smaller meshes are not timed.\n\
+         - Memory is the whole process at its fullest, less what it had at its start, in bytes per vertex.\n\
+         - \"kept\" is how many of the vertices Draco returns: it drops unreferenced ones and degenerate\n  \
+           faces, and tears vertices on what is not an oriented manifold. We return all.\n",
+        [&["cargo xtask bench".to_owned()], words].concat().join(" "),
+        cpu.map_or("unknown processor", |(_, name)| name),
+        first_line("rustc", &["--version"]),
+        first_line("dpkg-query", &["--show", "--showformat=${Version}", "draco"]),
+    )
+}
+
+/// The table of one lattice.
+pub fn lattice(title: &str, rows: &[LatticeRow]) -> String {
+    let mut text = format!(
+        "\n## {title}\n\n\
+         | mesh | vertices | base | connectivity | geometry | total | Draco | size | encode rate \
+         | decode rate | encode memory | decode memory | kept |\n\
+         |---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n"
+    );
+    for row in rows {
+        let bits = |bytes: u64| 8.0 * row.per_vertex(bytes);
+        let rate = |rate: Option<f64>| rate.map_or("–".into(), |rate| format!("{rate:.2}"));
+        writeln!(
+            text,
+            "| {} | {} | {} | {:.2} | {:.2} | {:.2} | {:.2} | {:.3} | {} | {} | {:.0} | {:.0} | {} |",
+            row.mesh,
+            row.vertices,
+            row.base_vertices,
+            bits(row.connectivity_bytes),
+            bits(row.bytes.saturating_sub(row.connectivity_bytes)),
+            bits(row.bytes),
+            bits(row.draco_bytes),
+            row.size_ratio(),
+            rate(row.rates.map(|rates| rates.0)),
+            rate(row.rates.map(|rates| rates.1)),
+            row.per_vertex(row.encode_peak),
+            row.per_vertex(row.decode_peak),
+            row.draco_vertices,
+        )
+        .expect("a string takes every line");
+    }
+    let mean = |value: &dyn Fn(&LatticeRow) -> Option<f64>, digits: usize| {
+        geometric_mean(rows.iter().filter_map(value)).map_or("–".into(), |mean| format!("{mean:.digits$}"))
+    };
+    text + &format!(
+        "| *geometric mean* | | | | | {} | {} | **{}** | **{}** | **{}** | {} | {} | |\n",
+        mean(&|row| Some(8.0 * row.per_vertex(row.bytes)), 2),
+        mean(&|row| Some(8.0 * row.per_vertex(row.draco_bytes)), 2),
+        mean(&|row| Some(row.size_ratio()), 3),
+        mean(&|row| row.rates.map(|rates| rates.0), 2),
+        mean(&|row| row.rates.map(|rates| rates.1), 2),
+        mean(&|row| Some(row.per_vertex(row.encode_peak)), 0),
+        mean(&|row| Some(row.per_vertex(row.decode_peak)), 0),
+    )
+}
+
+/// The table of exact coding.
+pub fn exact(rows: &[ExactRow]) -> String {
+    let mut text = String::from(
+        "\n## Exact float32\n\n\
+         Bits per vertex; \"size\" is ours over the smaller peer. Draco without quantisation, the smaller \
+         of levels 7 and 10.\n\n\
+         | mesh | vertices | ours | Draco | meshopt + zstd -19 | size |\n|---|--:|--:|--:|--:|--:|\n",
+    );
+    for row in rows {
+        let bits = |bytes: u64| 8.0 * bytes as f64 / row.vertices as f64;
+        let meshopt = row.meshopt_bytes.map_or("–".into(), |bytes| format!("{:.2}", bits(bytes)));
+        writeln!(
+            text,
+            "| {} | {} | {:.2} | {:.2} | {meshopt} | {:.3} |",
+            row.mesh,
+            row.vertices,
+            bits(row.bytes),
+            bits(row.draco_bytes),
+            row.size_ratio(),
+        )
+        .expect("a string takes every line");
+    }
+    let mean = geometric_mean(rows.iter().map(ExactRow::size_ratio));
+    text + &mean.map_or(String::new(), |mean| format!("| *geometric mean* | | | | | **{mean:.3}** |\n"))
+}
+
+/// The mean of positive values, as exp of the mean logarithm; none of none.
+fn geometric_mean(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let (sum, count) = values.fold((0.0, 0u32), |(sum, count), value| (sum + value.ln(), count + 1));
+    (count > 0).then(|| (sum / f64::from(count)).exp())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_geometric_mean_of_a_number_and_its_inverse_is_one() {
+        assert!((geometric_mean([4.0, 0.25].into_iter()).unwrap() - 1.0).abs() < 1e-12);
+        assert_eq!(geometric_mean(std::iter::empty()), None);
+    }
+
+    #[test]
+    fn the_exact_ratio_is_taken_against_the_smaller_peer() {
+        let row = |meshopt_bytes| ExactRow {
+            mesh: String::new(),
+            vertices: 1,
+            bytes: 30,
+            draco_bytes: 60,
+            meshopt_bytes,
+        };
+        assert_eq!(row(None).size_ratio(), 0.5);
+        assert_eq!(row(Some(40)).size_ratio(), 0.75);
+    }
+}

@@ -1,0 +1,93 @@
+//! Running other programs, and installing those that a check needs.
+
+use anyhow::{Context, Result, bail};
+use std::borrow::BorrowMut;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// The repository's root folder.
+pub fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("xtask lies in the workspace")
+}
+
+/// The target folder in use: this program lies in `TARGET/PROFILE/xtask`.
+pub fn target_dir() -> Result<PathBuf> {
+    let own = std::env::current_exe().context("finding the target folder")?;
+    Ok(own.ancestors().nth(2).context("finding the target folder")?.to_path_buf())
+}
+
+/// A command that starts in the repository's root.
+pub fn command(program: &str, arguments: &[&str]) -> Command {
+    let mut command = Command::new(program);
+    command.args(arguments).current_dir(root());
+    command
+}
+
+/// Shows the command, runs it with its output passed on, and fails unless it exits with 0.
+pub fn run(mut command: impl BorrowMut<Command>) -> Result<()> {
+    let command = command.borrow_mut();
+    println!("$ {}", shown(command));
+    let status = command.status().with_context(|| format!("starting {}", shown(command)))?;
+    if !status.success() {
+        bail!("`{}` failed: {status}", shown(command));
+    }
+    Ok(())
+}
+
+/// Runs the command and returns what it printed; fails, with its errors, unless it exits with 0.
+pub fn capture(mut command: impl BorrowMut<Command>) -> Result<String> {
+    let command = command.borrow_mut();
+    let output = command.output().with_context(|| format!("starting {}", shown(command)))?;
+    if !output.status.success() {
+        let errors = String::from_utf8_lossy(&output.stderr);
+        bail!("`{}` failed: {}\n{}", shown(command), output.status, errors.trim_end());
+    }
+    Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+}
+
+/// Whether the command can be started and exits with 0. Prints nothing.
+pub fn succeeds(mut command: Command) -> bool {
+    command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    command.status().is_ok_and(|status| status.success())
+}
+
+/// Whether `program` is on the path.
+pub fn available(program: &str) -> bool {
+    let folders = std::env::var_os("PATH").unwrap_or_default();
+    std::env::split_paths(&folders).any(|folder| folder.join(program).is_file())
+}
+
+/// Sees to it that Debian packages are installed: installs the missing ones when run as root.
+///
+/// # Errors
+/// Says which packages to install where this program may not, or the system is not Debian's.
+pub fn debian_packages(packages: &[&str]) -> Result<()> {
+    let missing: Vec<&str> = packages.iter().copied().filter(|package| !installed(package)).collect();
+    if missing.is_empty() {
+        return Ok(());
+    }
+    let root_user = capture(command("id", &["-u"])).is_ok_and(|id| id.trim() == "0");
+    if !available("apt-get") || !root_user {
+        bail!("not installed: {0} (on Debian, as root: apt-get install {0})", missing.join(" "));
+    }
+    let apt = |arguments: &[&str]| {
+        let mut apt = command("apt-get", &["-qq", "-o", "DPkg::Lock::Timeout=120"]);
+        apt.args(arguments).env("DEBIAN_FRONTEND", "noninteractive");
+        apt
+    };
+    println!("installing {}", missing.join(" "));
+    capture(apt(&["update"]))?;
+    let mut install = apt(&["install", "--yes", "--no-install-recommends"]);
+    install.args(&missing);
+    capture(install).map(|_| ())
+}
+
+fn installed(package: &str) -> bool {
+    capture(command("dpkg-query", &["--show", "--showformat=${db:Status-Status}", package]))
+        .is_ok_and(|status| status == "installed")
+}
+
+fn shown(command: &Command) -> String {
+    let words = std::iter::once(command.get_program()).chain(command.get_args());
+    words.map(|word| word.to_string_lossy()).collect::<Vec<_>>().join(" ")
+}

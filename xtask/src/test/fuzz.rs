@@ -1,0 +1,90 @@
+//! A short run of every fuzz target: libFuzzer on the stable toolchain.
+//!
+//! `cargo fuzz` asks for a nightly compiler for the sake of AddressSanitizer. The code under test is
+//! safe Rust, so coverage alone will do, and that the stable compiler can insert.
+
+use super::{Outcome, Setting};
+use crate::process::{available, capture, command, debian_packages, root, run};
+use anyhow::{Context, Result, bail};
+use std::fs;
+use std::path::Path;
+
+/// Coverage as libFuzzer reads it: a counter and an address for each edge, and the operands of comparisons.
+const COVERAGE: &str = "--cfg fuzzing -Ccodegen-units=1 -Cpasses=sancov-module \
+    -Cllvm-args=-sanitizer-coverage-level=4 \
+    -Cllvm-args=-sanitizer-coverage-inline-8bit-counters \
+    -Cllvm-args=-sanitizer-coverage-pc-table \
+    -Cllvm-args=-sanitizer-coverage-trace-compares";
+
+pub fn run_all(setting: &Setting) -> Result<Outcome> {
+    if !available("c++") {
+        debian_packages(&["g++"])?;
+    }
+    // Named, so that cargo keeps the flags from build scripts and procedural macros.
+    let host = host()?;
+    let target_dir = setting.target.join("fuzz");
+    let words = ["build", "--release", "--manifest-path", "fuzz/Cargo.toml", "--target", &host];
+    let mut build = command("cargo", &words);
+    build.env("RUSTFLAGS", COVERAGE).env("CARGO_TARGET_DIR", &target_dir);
+    run(build)?;
+
+    let targets = targets()?;
+    for target in &targets {
+        let program = target_dir.join(&host).join("release").join(target);
+        run_one(target, &program, setting).with_context(|| format!("fuzz target {target}"))?;
+    }
+    let seconds = setting.fuzz_time.as_secs();
+    Ok(Outcome::Passed(format!("{} targets, {seconds} s each: {}", targets.len(), targets.join(", "))))
+}
+
+/// The compiler's own platform.
+fn host() -> Result<String> {
+    let version = capture(command("rustc", &["--version", "--verbose"]))?;
+    let host = version.lines().find_map(|line| line.strip_prefix("host: "));
+    host.map(str::to_owned).context("rustc names no host")
+}
+
+/// The names of the fuzz targets, one for each file in `fuzz/fuzz_targets`.
+fn targets() -> Result<Vec<String>> {
+    let mut names = Vec::new();
+    for entry in fs::read_dir(root().join("fuzz/fuzz_targets")).context("reading fuzz/fuzz_targets")? {
+        let path = entry?.path();
+        names.extend(path.file_stem().map(|stem| stem.to_string_lossy().into_owned()));
+    }
+    names.sort();
+    Ok(names)
+}
+
+/// Runs one target on what earlier runs found, the committed seeds and the kept findings.
+fn run_one(target: &str, program: &Path, setting: &Setting) -> Result<()> {
+    let found = setting.target.join("fuzz-corpus").join(target);
+    let artifacts = root().join("fuzz/artifacts").join(target);
+    fs::create_dir_all(&found)?;
+    fs::create_dir_all(&artifacts)?;
+    let mut fuzz = command(&program.to_string_lossy(), &[]);
+    fuzz.arg(format!("-max_total_time={}", setting.fuzz_time.as_secs()));
+    fuzz.arg(format!("-artifact_prefix={}/", artifacts.display()));
+    fuzz.args(["-timeout=10", "-max_len=4096", "-print_final_stats=1"]).arg(found);
+    // Folders after the first are read only.
+    let committed = ["seeds", "regressions"].map(|kind| root().join("fuzz").join(kind).join(target));
+    fuzz.args(committed.iter().filter(|folder| folder.is_dir()));
+
+    let output = fuzz.output().with_context(|| format!("starting {}", program.display()))?;
+    let log = String::from_utf8_lossy(&output.stderr);
+    if !output.status.success() {
+        // Lines with # tell of progress, not of the finding.
+        log.lines().filter(|line| !line.starts_with('#')).for_each(|line| eprintln!("{line}"));
+        bail!(
+            "{}; the input is in {}: mend the cause and keep it as fuzz/regressions/{target}/CAUSE",
+            output.status,
+            artifacts.display()
+        );
+    }
+    let statistic = |name: &str| {
+        let value = log.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(':'));
+        value.map_or("?", str::trim).to_owned()
+    };
+    let runs = statistic("stat::number_of_executed_units");
+    println!("{target}: {runs} inputs, {} MB at most", statistic("stat::peak_rss_mb"));
+    Ok(())
+}
