@@ -10,7 +10,9 @@ pub mod io;
 mod limits;
 mod mesh;
 mod reverse;
+pub mod shapes;
 mod subdivide;
+pub mod verify;
 
 pub use container::Precision;
 pub use decode::{Decoder, Info, Level, LevelInfo, decode};
