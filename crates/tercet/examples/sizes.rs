@@ -22,6 +22,7 @@ fn main() {
         let t = Instant::now();
         let e =
             encode(&mesh, &EncodeOptions { bits: (bits > 0).then_some(bits), ..Default::default() }).unwrap();
+        std::fs::write("/tmp/out.tct", &e.bytes).unwrap();
         let te = t.elapsed().as_secs_f64();
         let t = Instant::now();
         let mut d = Decoder::new(Limits::default());

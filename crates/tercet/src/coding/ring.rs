@@ -103,9 +103,11 @@ impl Neighbourhood<'_> {
     }
 }
 
-/// Share of the parallelograms' mean in the first expectation, in 1/16, by their number; the
-/// rest is the estimate's.
-const SHARE: [i64; 7] = [0, 4, 6, 7, 8, 8, 8];
+/// The first expectation, beside the mean of the known neighbours: shares (in 1/64) of the mean
+/// of the parallelograms, of the estimate and of the error of the estimates nearby, by class.
+/// Least squares over the adaptive levels of scans and CAD meshes.
+const SHARES: [[i64; 3]; 7] =
+    [[0, 62, 30], [4, 60, 24], [5, 58, 24], [8, 54, 25], [8, 54, 23], [8, 50, 22], [7, 42, 22]];
 
 impl<'a> Neighbourhood<'a> {
     pub fn new(
@@ -137,11 +139,12 @@ impl<'a> Neighbourhood<'a> {
             edge += (0..3).map(|k| ((p[k] as i64) << FRACTION_BITS).abs_diff(mean[k])).max().unwrap_or(0);
         }
         let edge = edge / n as u64;
-        let estimate = estimate.map(|&e| {
-            if with_error == 0 { e } else { [0, 1, 2].map(|k| e[k] + error[k] / (with_error + 1)) }
-        });
         let count = ring.parallelograms.len();
-        let fallback = estimate.unwrap_or(mean);
+        let whole = ring.known.len() == ring.all.len();
+        let class = if whole { 6 } else { count.min(5) };
+        let error = error.map(|x| x / (with_error + 1));
+        let corrected = estimate.map(|&e| [0, 1, 2].map(|k| e[k] + error[k]));
+        let fallback = corrected.unwrap_or(mean);
         let base = if count == 0 {
             fallback
         } else {
@@ -150,17 +153,22 @@ impl<'a> Neighbourhood<'a> {
             sum.map(|x| (x << FRACTION_BITS).div_euclid(count as i64))
         };
         let first = match estimate {
-            Some(e) => [0, 1, 2].map(|k| e[k] + (((base[k] - e[k]) * SHARE[count.min(6)]) >> 4)),
+            Some(e) => {
+                let [of_base, of_estimate, of_error] = SHARES[class];
+                [0, 1, 2].map(|k| {
+                    let sum = of_base * (base[k] - mean[k]) + of_estimate * (e[k] - mean[k]) + of_error * error[k];
+                    mean[k] + (sum >> 6)
+                })
+            }
             None => base,
         };
         let [nearest, second] = ring.two_nearest(first, base);
-        let whole = ring.known.len() == ring.all.len();
         Neighbourhood {
             predictions: [first, first, nearest, second, mean, fallback],
             normal: ring.normal(pass, positions),
             at_boundary: ring.at_boundary,
             parallelograms: count,
-            class: if whole { 6 } else { count.min(5) },
+            class,
             size: bin(edge + 1, 2, -6, 64),
             edge,
             rough: Roughness {
