@@ -2,11 +2,11 @@
 //!
 //! The sections are applied in this order, which is not that of the file:
 //!
-//! 1. [merges] join the copies of vertices that were cut apart; a vertex without a section is its
-//!    own. Vertices keep the order in which they first appear.
-//! 2. [leftovers] append vertices and faces that no surface can hold.
-//! 3. [exactness] replaces lattice points by the original's coordinates.
-//! 4. [order] brings vertices and faces into the order of the original.
+//! 1. [`merges`] joins the copies of vertices that were cut apart. Vertices keep the order in
+//!    which they first appear.
+//! 2. [`leftovers`] appends vertices and faces that no surface can hold.
+//! 3. [`exactness`] replaces lattice points by the original's coordinates.
+//! 4. [`order`] brings vertices and faces into the order of the original.
 //!
 //! A section is written only if without it the mesh would be another.
 
@@ -49,9 +49,10 @@ pub(crate) struct Original<'a> {
     pub keep_order: bool,
 }
 
-/// Bytes that completing a mesh takes, for each of its vertices and faces: their order is the
-/// hungriest part, with six neighbours a vertex and three a face.
-const BYTES_PER_ELEMENT: u64 = 80;
+/// Bytes that completing a mesh takes for each of its vertices and faces.
+const BYTES_PER_ELEMENT: u64 = 24;
+/// The same with their order, for which neighbours are listed: six a vertex, three a face.
+const BYTES_PER_ORDERED_ELEMENT: u64 = 80;
 
 /// Writes the sections that lead from the finest of `levels` to the original. Time O(n log n).
 ///
@@ -113,7 +114,8 @@ pub(crate) fn read(
     sections: &Supplements,
     limits: &Limits,
 ) -> Result<Mesh> {
-    limits.check("bytes of the mesh", vertices as u64 + faces as u64, BYTES_PER_ELEMENT)?;
+    let bytes_each = if sections.order.is_some() { BYTES_PER_ORDERED_ELEMENT } else { BYTES_PER_ELEMENT };
+    limits.check("bytes of the mesh", vertices as u64 + faces as u64, bytes_each)?;
     let mut draft = Draft::new(levels);
     if let Some(bytes) = &sections.merges {
         draft.code_merges(&mut Decoder::new(bytes), levels, &[], 0);
@@ -189,7 +191,7 @@ impl Draft {
 
     /// Codes and appends vertices without faces; returns their order in `points`.
     fn code_loose<C: Coder>(&mut self, coder: &mut C, count: u32, points: &[Point]) -> Result<Vec<u32>> {
-        let (found, order) = leftovers::code_points(coder, &self.points, count, points)?;
+        let (found, order) = leftovers::code_points(coder, [&self.points, points], &self.faces, count)?;
         self.points.extend(found);
         Ok(order)
     }

@@ -24,7 +24,7 @@ impl NumberModel {
     pub fn new(contexts: usize) -> Self {
         NumberModel {
             lengths: vec![Counter::NEW; contexts * LENGTHS],
-            leading: vec![Counter::NEW; contexts * LENGTHS << LEARNT],
+            leading: vec![Counter::NEW; (contexts * LENGTHS) << LEARNT],
             signs: vec![Counter::NEW; contexts],
         }
     }

@@ -142,7 +142,7 @@ fn an_order_along_the_surface_costs_little_and_any_other_what_it_must() {
     order::code(&mut coder, mixed.clone(), &source, Some(&grid)).unwrap();
     let bytes = coder.finish();
     assert!(bytes.len() < 200, "{} bytes", bytes.len());
-    assert_eq!(order::code(&mut Decoder::new(&bytes), mixed, &vec![0; 0], None).unwrap(), grid);
+    assert_eq!(order::code(&mut Decoder::new(&bytes), mixed, &[], None).unwrap(), grid);
 }
 
 fn coordinate() -> impl Strategy<Value = f32> {
