@@ -1,9 +1,10 @@
 //! From a file to a mesh, as its bytes arrive.
 
 use crate::coding::Levels;
-use crate::container::{self, Header, LevelEntry, LevelKind, Part, Reader, UpdateRule};
+use crate::coding::supplement::{self, Supplements};
+use crate::container::{self, Header, LevelEntry, LevelKind, Outline, Part, Reader, Supplement, UpdateRule};
 use crate::entropy;
-use crate::mesh::{Lattice, Mesh};
+use crate::mesh::Mesh;
 use crate::subdivide::StepKind;
 use crate::{Error, Limits, Precision, Result, Update};
 
@@ -102,15 +103,25 @@ pub struct Level {
 }
 
 /// A progressive decoder: bytes in, levels out.
+///
+/// A file with sections that complete its finest level yields that level twice: as the surface
+/// that was coded, and once the sections have arrived as the original.
 pub struct Decoder {
+    limits: Limits,
     reader: Reader,
     levels: Levels,
+    supplements: Supplements,
 }
 
 impl Decoder {
     /// A decoder that holds no more memory than `limits` allow.
     pub fn new(limits: Limits) -> Self {
-        Decoder { reader: Reader::new(limits), levels: Levels::new() }
+        Decoder {
+            limits,
+            reader: Reader::new(limits),
+            levels: Levels::new(),
+            supplements: Supplements::default(),
+        }
     }
 
     /// Takes the next bytes of the file, any number of them.
@@ -128,16 +139,27 @@ impl Decoder {
     /// # Errors
     /// What is wrong with the bytes; levels returned before stand.
     pub fn next_level(&mut self) -> Result<Option<Level>> {
-        let Some((part, bytes)) = self.reader.next_section()? else { return Ok(None) };
-        let Part::Level(level) = part else {
-            return Err(Error::Unsupported(format!("section {part}")));
-        };
-        let header = self.reader.header().ok_or_else(|| Error::format("header", "incomplete"))?;
-        let entry = header.outline.levels[level];
-        let lattice = Lattice::new(&header.outline.precision);
-        let restored = level + 1 == header.outline.levels.len() && header.outline.supplements.is_empty();
-        self.level(entry, &bytes)?;
-        Ok(Some(Level { level: level as u32, mesh: self.mesh(&lattice), restored }))
+        while let Some((part, bytes)) = self.reader.next_section()? {
+            let outline = self.outline()?;
+            let finest = outline.levels.len() - 1;
+            let restored = part == last_part(outline);
+            let level = match part {
+                Part::Level(level) => {
+                    let entry = outline.levels[level];
+                    self.level(entry, &bytes)?;
+                    level
+                }
+                Part::Supplement(kind) => {
+                    self.keep(kind, bytes);
+                    finest
+                }
+            };
+            if restored || part == Part::Level(level) {
+                let mesh = if restored { self.restored()? } else { self.mesh()? };
+                return Ok(Some(Level { level: level as u32, mesh, restored }));
+            }
+        }
+        Ok(None)
     }
 
     /// Whether the whole file has arrived.
@@ -166,17 +188,39 @@ impl Decoder {
         Ok(())
     }
 
-    fn mesh(&self, lattice: &Lattice) -> Mesh {
-        let surface = &self.levels.surface;
-        let virtuals = surface.virtuals;
-        let positions =
-            self.levels.positions[virtuals as usize..].iter().map(|&q| lattice.value(q)).collect();
-        let faces = (0..surface.faces())
-            .filter(|&f| !surface.is_virtual_face(f))
-            .map(|f| surface.face(f).map(|v| v - virtuals))
-            .collect();
-        Mesh { positions, faces }
+    fn keep(&mut self, kind: Supplement, bytes: Vec<u8>) {
+        let place = match kind {
+            Supplement::Exactness => &mut self.supplements.exactness,
+            Supplement::Merges => &mut self.supplements.merges,
+            Supplement::Leftovers => &mut self.supplements.leftovers,
+            Supplement::Order => &mut self.supplements.order,
+            Supplement::Optional(_) => return,
+        };
+        *place = Some(bytes);
     }
+
+    /// The mesh of the current level.
+    fn mesh(&self) -> Result<Mesh> {
+        Ok(supplement::surface_mesh(&self.levels, &self.outline()?.precision))
+    }
+
+    /// The original.
+    fn restored(&self) -> Result<Mesh> {
+        let outline = self.outline()?;
+        let counts = [outline.vertices, outline.faces];
+        supplement::read(&self.levels, &outline.precision, counts, &self.supplements, &self.limits)
+    }
+
+    fn outline(&self) -> Result<&Outline> {
+        let header = self.reader.header().ok_or_else(|| Error::format("header", "incomplete"))?;
+        Ok(&header.outline)
+    }
+}
+
+/// The last section that a reader needs.
+fn last_part(outline: &Outline) -> Part {
+    let needed = outline.supplements.iter().rev().find(|s| !matches!(s, Supplement::Optional(_)));
+    needed.map_or(Part::Level(outline.levels.len() - 1), |&s| Part::Supplement(s))
 }
 
 /// Decodes a whole file.

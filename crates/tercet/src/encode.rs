@@ -1,7 +1,8 @@
 //! From a mesh to a file.
 
+use crate::coding::supplement::{self, Original, Supplements};
 use crate::coding::{Levels, Point};
-use crate::container::{self, LevelEntry, LevelKind, Outline, UpdateRule};
+use crate::container::{self, LevelEntry, LevelKind, Outline, Supplement, UpdateRule};
 use crate::decode::Info;
 use crate::entropy::Encoder;
 use crate::mesh::{Cut, Lattice, Mesh, box_lattice, cut, detect_grid, next, prev, refined_grid};
@@ -68,7 +69,7 @@ pub fn encode_with(
         Some(bits) => return Err(Error::Parameter(format!("{bits} bits: 4 to 24 are possible"))),
         None => detect_grid(mesh).unwrap_or_else(|| refined_grid(mesh)),
     };
-    let Cut { surface, vertex_source, .. } = cut(mesh);
+    let Cut { surface, vertex_source, loose, degenerate, .. } = cut(mesh);
     let lattice = Lattice::new(&precision);
     let virtuals = surface.virtuals as usize;
     let mut positions: Vec<Point> = vec![[0; 3]; virtuals];
@@ -83,22 +84,35 @@ pub fn encode_with(
         progress(Progress { stage: "coding", done: writer.real_vertices(), total });
         writer.level(level)?;
     }
+    let source = writer.sources(&vertex_source);
+    let original =
+        Original { mesh, source, loose: &loose, degenerate: &degenerate, keep_order: options.keep_order };
+    let Writer { levels, entries, mut payloads, connectivity_bits, position_bits, .. } = writer;
+    drop(hierarchy);
+    let (supplements, completing) = listed(supplement::write(&levels, &precision, original)?);
+    payloads.extend(completing);
     let outline = Outline {
         order_kept: options.keep_order,
         precision,
         vertices: mesh.positions.len() as u32,
         faces: mesh.faces.len() as u32,
-        levels: writer.entries,
-        supplements: Vec::new(),
+        levels: entries,
+        supplements,
     };
-    let bytes = container::write(&outline, &writer.payloads)?;
+    let bytes = container::write(&outline, &payloads)?;
     let info = Info::of(&bytes)?;
-    Ok(Encoded {
-        bytes,
-        info,
-        connectivity_bits: writer.connectivity_bits,
-        position_bits: writer.position_bits,
-    })
+    Ok(Encoded { bytes, info, connectivity_bits, position_bits })
+}
+
+/// The sections that there are, in the order of the file.
+fn listed(sections: Supplements) -> (Vec<Supplement>, Vec<Vec<u8>>) {
+    let all = [
+        (Supplement::Exactness, sections.exactness),
+        (Supplement::Merges, sections.merges),
+        (Supplement::Leftovers, sections.leftovers),
+        (Supplement::Order, sections.order),
+    ];
+    all.into_iter().filter_map(|(kind, bytes)| Some((kind, bytes?))).unzip()
 }
 
 /// Codes a hierarchy from the base up.
@@ -176,6 +190,21 @@ impl<'a> Writer<'a> {
         let split = self.map.iter().map(|&c| step.split[(c / 3) as usize]).collect();
         let corners = self.map.iter().flat_map(|&c| [c, next(c), prev(c)]);
         (split, corners.map(|c| step.flip[c as usize]).collect())
+    }
+
+    /// For each real vertex of the finest level, the mesh vertex that `vertex_source` names.
+    fn sources(&self, vertex_source: &[u32]) -> Vec<u32> {
+        let (surface, known) = (&self.levels.surface, self.hierarchy.surface(0));
+        let virtuals = known.virtuals as usize;
+        let mut sources = vec![0; vertex_source.len()];
+        for c in 0..surface.vertex.len() as u32 {
+            if let Some(v) = surface.at(c).checked_sub(surface.virtuals) {
+                let origin = self.map[(c / 3) as usize];
+                let image = [origin, next(origin), prev(origin)][(c % 3) as usize];
+                sources[v as usize] = vertex_source[known.at(image) as usize - virtuals];
+            }
+        }
+        sources
     }
 
     /// Positions of the decoder's vertices from `first` on.

@@ -14,6 +14,7 @@ mod residual;
 mod ring;
 mod scale;
 mod split;
+pub(crate) mod supplement;
 mod vector;
 
 pub(crate) use level::Levels;
