@@ -1,0 +1,118 @@
+//! Distances of a point from segments and triangles.
+//!
+//! The answers go into files, so they must not depend on the platform: only `+ − · /` on
+//! `f64`, which IEEE 754 defines to the last bit, in a fixed order and never contracted.
+
+pub(super) type Vector = [f64; 3];
+
+pub(super) fn sub(a: Vector, b: Vector) -> Vector {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+pub(super) fn dot(a: Vector, b: Vector) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// a − s · b
+fn less(a: Vector, s: f64, b: Vector) -> Vector {
+    [a[0] - s * b[0], a[1] - s * b[1], a[2] - s * b[2]]
+}
+
+/// Squared distance of `p` from the segment from `a` to `b`, which may be a point.
+pub(super) fn to_segment(p: Vector, a: Vector, b: Vector) -> f64 {
+    from_edge(sub(p, a), sub(b, a))
+}
+
+/// Squared distance of `p` from the segment from the origin to `end`.
+fn from_edge(p: Vector, end: Vector) -> f64 {
+    let square = dot(end, end);
+    let along = if square > 0.0 { (dot(p, end) / square).clamp(0.0, 1.0) } else { 0.0 };
+    let off = less(p, along, end);
+    dot(off, off)
+}
+
+/// Squared distance of `p` from the triangle (a, b, c), which may be degenerate.
+///
+/// With p's foot in the triangle's plane written as a + (s · ab + t · ac) / det, the foot lies
+/// inside if s, t ≥ 0 and s + t ≤ det; otherwise the nearest point is on an edge beyond which
+/// the foot lies. Whatever rounding does to s and t, the answer is the distance from a point of
+/// the triangle; it is 0 if `p` is one of its corners.
+pub(super) fn to_triangle(p: Vector, [a, b, c]: [Vector; 3]) -> f64 {
+    let (ab, ac, ap) = (sub(b, a), sub(c, a), sub(p, a));
+    let (bb, bc, cc) = (dot(ab, ab), dot(ab, ac), dot(ac, ac));
+    let (pb, pc) = (dot(ap, ab), dot(ap, ac));
+    let det = bb * cc - bc * bc;
+    let s = pb * cc - pc * bc;
+    let t = bb * pc - bc * pb;
+    let degenerate = det <= 0.0;
+    if !degenerate && s >= 0.0 && t >= 0.0 && s + t <= det {
+        let off = less(less(ap, s / det, ab), t / det, ac);
+        return dot(off, off);
+    }
+    let mut nearest = f64::INFINITY;
+    if degenerate || t < 0.0 {
+        nearest = nearest.min(from_edge(ap, ab));
+    }
+    if degenerate || s < 0.0 {
+        nearest = nearest.min(from_edge(ap, ac));
+    }
+    if degenerate || s + t > det {
+        nearest = nearest.min(to_segment(p, b, c));
+    }
+    nearest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const TRIANGLE: [Vector; 3] = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 2.0, 0.0]];
+
+    #[test]
+    fn each_feature_of_a_triangle_is_nearest_somewhere() {
+        for (p, squared) in [
+            ([1.0, 0.5, 3.0], 9.0),
+            ([2.0, -1.0, 2.0], 5.0),
+            ([-1.0, 1.0, 0.0], 1.0),
+            ([3.0, 3.0, 0.0], 5.0),
+            ([-1.0, -2.0, 2.0], 9.0),
+            ([6.0, -1.0, 0.0], 5.0),
+            ([0.0, 5.0, 4.0], 25.0),
+        ] {
+            let [a, b, c] = TRIANGLE;
+            for turned in [[a, b, c], [b, c, a], [c, a, b], [a, c, b]] {
+                assert!((to_triangle(p, turned) - squared).abs() < 1e-12, "{p:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_degenerate_triangle_is_its_longest_edge() {
+        let [a, b] = [[0.0; 3], [2.0, 0.0, 0.0]];
+        for triangle in [[a, b, a], [a, b, b], [a, a, b], [a, b, [1.0, 0.0, 0.0]]] {
+            assert_eq!(to_triangle([1.0, 3.0, 0.0], triangle), 9.0);
+            assert_eq!(to_triangle([5.0, 4.0, 0.0], triangle), 25.0);
+        }
+        assert_eq!(to_triangle([3.0, 4.0, 0.0], [a, a, a]), 25.0);
+    }
+
+    fn vector() -> impl Strategy<Value = Vector> {
+        prop::array::uniform3(-1e3f32..1e3).prop_map(|p| p.map(f64::from))
+    }
+
+    proptest! {
+        #[test]
+        fn corners_are_at_distance_zero_and_no_point_of_the_triangle_is_nearer(
+            corners in prop::array::uniform3(vector()), p in vector(), u in 0.0..1.0, v in 0.0..1.0f64,
+        ) {
+            for corner in corners {
+                prop_assert_eq!(to_triangle(corner, corners), 0.0);
+            }
+            let [a, b, c] = corners;
+            let (s, t) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
+            let off = less(less(sub(p, a), s, sub(b, a)), t, sub(c, a));
+            prop_assert!(to_triangle(p, corners) <= dot(off, off) * (1.0 + 1e-9) + 1e-6);
+        }
+    }
+}
