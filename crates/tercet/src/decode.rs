@@ -42,7 +42,7 @@ pub struct LevelInfo {
     /// Bytes from the file's start to the end of this level.
     pub bytes: u64,
     /// Root mean square distance of the original's vertices from this level's surface, as a
-    /// part of the bounding box's diagonal.
+    /// part of the bounding box's diagonal; taken over a sample, and rather too large than small.
     pub error: f32,
 }
 

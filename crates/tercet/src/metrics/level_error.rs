@@ -5,7 +5,7 @@
 //!
 //! A search structure for every level would cost more than coding it. Instead each sample keeps
 //! the face that it is nearest to. A reverse step says which coarse face took the place of a
-//! fine one; from there the sample walks to neighbouring faces for as long as one is nearer. So
+//! fine one; from there the sample walks downhill over edges and vertices to nearer faces. So
 //! distances are exact for the face found, which need not be the nearest of all: **the error is
 //! an upper bound of the true one**, and equal to it wherever walking downhill finds the nearest
 //! face.
@@ -13,13 +13,14 @@
 //! The error is written into the file, so that only operations which IEEE 754 defines to the
 //! last bit are used, `+ − · / √` and conversions, in a fixed order: the same on every platform.
 
-use super::distance::{Vector, dot, sub, to_segment, to_triangle};
-use crate::mesh::{Lattice, Mesh, NONE, Surface, bounds, next, prev};
+use super::distance::{Feature, Nearest, Vector, dot, sub, to_edge, to_triangle};
+use crate::mesh::{Lattice, Mesh, NONE, Surface, bounds};
 use crate::reverse::{Hierarchy, Reduction, StepKind};
 
-/// At most so many vertices of the original are looked at: the error of an average over this
-/// many is a percent, less than what the file's eight bits can say.
-const MOST_SAMPLES: usize = 1 << 14;
+/// One vertex in this many is looked at, within these bounds: more would not make the mean
+/// more certain than its own eight bits in the file, but take more time than coding.
+const SAMPLING: usize = 16;
+const SAMPLES: std::ops::RangeInclusive<usize> = 1 << 10..=1 << 14;
 /// A sample moves at most so often a level.
 const MOST_MOVES: usize = 16;
 /// So many faces around a vertex are looked at.
@@ -50,7 +51,8 @@ impl LevelErrors {
         for f in (0..surface.faces()).rev().filter(|&f| !surface.is_virtual_face(f)) {
             surface.face(f).map(|v| face[(v - surface.virtuals) as usize] = f);
         }
-        let count = source.len().min(MOST_SAMPLES);
+        let wanted = (source.len() / SAMPLING).clamp(*SAMPLES.start(), *SAMPLES.end());
+        let count = wanted.min(source.len());
         let sample = |k: usize| {
             let i = (k as u64 * source.len() as u64 / count as u64) as usize;
             Sample { position: mesh.positions[source[i] as usize].map(f64::from), face: face[i] }
@@ -142,54 +144,56 @@ struct Shape<'a> {
 }
 
 impl Shape<'_> {
-    /// Walks from face `start` to a face that no face around it is nearer to `p` than; returns
-    /// it and the squared distance.
+    /// Walks from face `start` downhill; returns the face where that ends and the squared
+    /// distance of `p` from it.
+    ///
+    /// If the nearest point of a face lies on an edge or a corner of it, another face there may
+    /// be nearer; if not, no point of the surface around is.
     fn descend(&self, p: Vector, start: u32) -> (u32, f64) {
-        let corners = [3 * start, 3 * start + 1, 3 * start + 2];
-        let mut best = (start, squared_distance(p, corners.map(|c| self.at(c))));
+        let mut face = start;
+        let (mut square, mut feature) = self.nearest(p, start);
         for _ in 0..MOST_MOVES {
-            let before = best.0;
-            if best.1 == 0.0 {
-                break;
-            }
-            for c in 3 * before..3 * before + 3 {
-                self.look_around(p, c, &mut best);
-            }
-            if best.0 == before {
-                break;
+            let found = match feature {
+                Feature::Inside => None,
+                Feature::Edge(k) => self.nearer(p, square, [self.surface.across(3 * face + k)]),
+                Feature::Corner(k) => self.nearer(p, square, self.surface.fan(3 * face + k).take(MOST_FACES)),
+            };
+            let Some(found) = found else { break };
+            (face, (square, feature)) = found;
+        }
+        (face, square)
+    }
+
+    /// The nearest of the faces of some corners, if one is nearer than `square`.
+    fn nearer(
+        &self,
+        p: Vector,
+        square: f64,
+        corners: impl IntoIterator<Item = u32>,
+    ) -> Option<(u32, Nearest)> {
+        let mut best = None;
+        let mut least = square;
+        for c in corners {
+            let nearest = self.nearest(p, c / 3);
+            if nearest.0 < least {
+                least = nearest.0;
+                best = Some((c / 3, nearest));
             }
         }
         best
     }
 
-    /// Replaces `best` by the nearest face around the vertex at corner `c`, if it is nearer.
-    fn look_around(&self, p: Vector, c: u32, best: &mut (u32, f64)) {
-        let (hub, mut left) = (self.at(c), self.at(next(c)));
-        for d in self.surface.fan(c).take(MOST_FACES) {
-            let right = self.at(prev(d));
-            let square = squared_distance(p, [hub, left, right]);
-            if square < best.1 {
-                *best = (d / 3, square);
-            }
-            left = right;
+    /// Squared distance of `p` from face `f`. Of a virtual face, at most one of whose corners is
+    /// virtual, what counts is its real edge: the real face beyond has it too.
+    fn nearest(&self, p: Vector, f: u32) -> Nearest {
+        let vertices = self.surface.face(f);
+        let [a, b, c] = vertices.map(|v| self.lattice.value(self.positions[v as usize]).map(f64::from));
+        match vertices.map(|v| self.surface.is_virtual(v)) {
+            [false, false, false] => to_triangle(p, [a, b, c]),
+            [true, ..] => to_edge(p, b, c, 0),
+            [_, true, _] => to_edge(p, c, a, 1),
+            _ => to_edge(p, a, b, 2),
         }
-    }
-
-    /// Where the vertex at corner `c` decodes to; `None` if it is virtual.
-    fn at(&self, c: u32) -> Option<Vector> {
-        let v = self.surface.at(c);
-        let real = !self.surface.is_virtual(v);
-        real.then(|| self.lattice.value(self.positions[v as usize]).map(f64::from))
-    }
-}
-
-/// Squared distance of `p` from a face. Of a virtual face, at most one of whose corners is
-/// virtual, what counts is its real edge: a walk that comes by leaves it for the real face beyond.
-fn squared_distance(p: Vector, corners: [Option<Vector>; 3]) -> f64 {
-    match corners {
-        [Some(a), Some(b), Some(c)] => to_triangle(p, [a, b, c]),
-        [Some(a), Some(b), None] | [Some(a), None, Some(b)] | [None, Some(a), Some(b)] => to_segment(p, a, b),
-        _ => f64::INFINITY,
     }
 }
 
