@@ -1,8 +1,3 @@
-//! Any bytes read as OFF give a valid mesh or a typed error.
-
 #![no_main]
 
-use libfuzzer_sys::fuzz_target;
-use tercet::io::Format;
-
-fuzz_target!(|bytes: &[u8]| tercet_fuzz::read(bytes, Format::Off));
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| tercet_fuzz::read_off(bytes));

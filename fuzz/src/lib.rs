@@ -1,32 +1,89 @@
-//! What the fuzz targets share.
+//! What each fuzz target does with its bytes. The test `fuzz_regressions` of the library includes this
+//! file, and so replays seeds and kept findings by the same code.
 
 #![forbid(unsafe_code)]
 
 use tercet::io::Format;
-use tercet::{Limits, Mesh};
+use tercet::{EncodeOptions, Limits, Mesh, Update};
 
 /// Little memory, so that an allocation out of proportion to the input is an error and not a slow run.
-pub const LIMITS: Limits = Limits { max_memory: 256 << 20 };
+const LIMITS: Limits = Limits { max_memory: 256 << 20 };
 
-/// Reads any bytes as a mesh file. What the reader accepts must be a mesh that the library takes.
-pub fn read(bytes: &[u8], format: Format) {
-    if let Ok(loaded) = tercet::io::read(bytes, format, &LIMITS) {
-        loaded.mesh.check().expect("a reader hands out checked meshes");
+/// Any bytes decode to a mesh or a typed error.
+pub fn decode(bytes: &[u8]) {
+    if let Ok(decoded) = tercet::decode(bytes, &LIMITS) {
+        decoded.mesh.check().expect("the decoder hands out checked meshes");
     }
 }
 
-/// A mesh with coordinates and indices of every kind, most of them small enough to make a surface.
+/// Any bytes read as OBJ give a mesh or a typed error.
+pub fn read_obj(bytes: &[u8]) {
+    read(bytes, Format::Obj);
+}
+
+/// Any bytes read as OFF give a mesh or a typed error.
+pub fn read_off(bytes: &[u8]) {
+    read(bytes, Format::Off);
+}
+
+/// Any bytes read as PLY give a mesh or a typed error.
+pub fn read_ply(bytes: &[u8]) {
+    read(bytes, Format::Ply);
+}
+
+/// Any bytes read as STL give a mesh or a typed error.
+pub fn read_stl(bytes: &[u8]) {
+    read(bytes, Format::Stl);
+}
+
+fn read(bytes: &[u8], format: Format) {
+    if let Ok(loaded) = tercet::io::read(bytes, format, &LIMITS) {
+        loaded.mesh.check().expect("the readers hand out checked meshes");
+    }
+}
+
+/// Any mesh of finite coordinates and valid indices comes back as its options promise.
+pub fn round_trip(bytes: &[u8]) {
+    let Some((head, body)) = bytes.split_first_chunk::<4>() else { return };
+    let options = options(head[0], head[1]);
+    let mesh = mesh(head[2], head[3], body);
+    let encoded = tercet::encode(&mesh, &options).expect("a valid mesh is encoded");
+    let decoded = tercet::decode(&encoded.bytes, &LIMITS).expect("what was encoded is decoded").mesh;
+    assert_eq!(mesh.positions.len(), decoded.positions.len());
+    assert_eq!(mesh.faces.len(), decoded.faces.len());
+    if options.bits.is_none() {
+        assert!(tercet::verify::equal(&mesh, &decoded), "the exact mode changed the mesh");
+    }
+    if options.keep_order {
+        assert_eq!(mesh.faces, decoded.faces, "the order was to be kept");
+    }
+}
+
+/// `precision`: 0 is exact, 1.. a lattice of 4..=24 bits. `rest`: the highest bit keeps the order.
+fn options(precision: u8, rest: u8) -> EncodeOptions {
+    let update = [Update::None, Update::Third, Update::Paper];
+    EncodeOptions {
+        bits: precision.checked_sub(1).map(|bits| 4 + bits % 21),
+        keep_order: rest & 0x80 != 0,
+        update: update[usize::from(rest % 3)],
+    }
+}
+
+/// `vertices` positions of three signed bytes, then faces of three bytes each.
 ///
-/// Faces draw on few vertices, so that neighbours, repeated and non-manifold edges are common.
-pub fn mesh(positions: &[[i8; 3]], faces: &[[u8; 3]], exponent: i8) -> Mesh {
+/// Indices are taken modulo the number of vertices: faces draw on few vertices, so that neighbours,
+/// repeated faces and non-manifold edges are common.
+fn mesh(exponent: u8, vertices: u8, body: &[u8]) -> Mesh {
+    let (positions, faces) = body.split_at(body.len().min(3 * usize::from(vertices)));
+    let (positions, faces) = (positions.as_chunks::<3>().0, faces.as_chunks::<3>().0);
     if positions.is_empty() {
         return Mesh::default();
     }
-    // Halved, so that the largest coordinate is finite.
-    let unit = f32::from(exponent / 2).exp2();
+    // 2^-64 to 2^63, so that the largest coordinate is finite.
+    let unit = f32::from_bits((u32::from(exponent / 2) + 63) << 23);
     let index = |v: u8| u32::from(v) % positions.len() as u32;
     Mesh {
-        positions: positions.iter().map(|p| p.map(|x| f32::from(x) * unit)).collect(),
+        positions: positions.iter().map(|p| p.map(|x| f32::from(x as i8) * unit)).collect(),
         faces: faces.iter().map(|f| f.map(index)).collect(),
     }
 }

@@ -169,7 +169,8 @@ impl Decoder {
     fn mesh(&self, lattice: &Lattice) -> Mesh {
         let surface = &self.levels.surface;
         let virtuals = surface.virtuals;
-        let positions = self.levels.positions[virtuals as usize..].iter().map(|&q| lattice.value(q)).collect();
+        let positions =
+            self.levels.positions[virtuals as usize..].iter().map(|&q| lattice.value(q)).collect();
         let faces = (0..surface.faces())
             .filter(|&f| !surface.is_virtual_face(f))
             .map(|f| surface.face(f).map(|v| v - virtuals))

@@ -191,7 +191,8 @@ impl<'a> Writer<'a> {
     }
 
     fn finish(&mut self, coder: Encoder, kind: LevelKind, before: u64) {
-        self.position_bits += coder.bits() - if kind == LevelKind::Base { self.connectivity_bits } else { before };
+        self.position_bits +=
+            coder.bits() - if kind == LevelKind::Base { self.connectivity_bits } else { before };
         let surface = &self.levels.surface;
         let virtual_faces = (0..surface.faces()).filter(|&f| surface.is_virtual_face(f)).count() as u32;
         let lifted = matches!(kind, LevelKind::Sqrt3Even | LevelKind::Sqrt3Odd);

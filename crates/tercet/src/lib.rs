@@ -11,7 +11,9 @@ mod limits;
 mod mesh;
 mod metrics;
 mod reverse;
+pub mod shapes;
 mod subdivide;
+pub mod verify;
 
 pub use container::Precision;
 pub use decode::{Decoder, Info, Level, LevelInfo, decode};

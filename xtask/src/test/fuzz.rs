@@ -29,12 +29,26 @@ pub fn run_all(setting: &Setting) -> Result<Outcome> {
     run(build)?;
 
     let targets = targets()?;
-    for target in &targets {
-        let program = target_dir.join(&host).join("release").join(target);
-        run_one(target, &program, setting).with_context(|| format!("fuzz target {target}"))?;
+    let cores = std::thread::available_parallelism().map_or(1, |cores| cores.get());
+    for together in targets.chunks(cores) {
+        run_together(together, &target_dir.join(&host).join("release"), setting)?;
     }
     let seconds = setting.fuzz_time.as_secs();
-    Ok(Outcome::Passed(format!("{} targets, {seconds} s each: {}", targets.len(), targets.join(", "))))
+    Ok(Outcome::Passed(format!("{} targets, {seconds} s each", targets.len())))
+}
+
+/// Runs targets at the same time, one thread each, and waits for all.
+fn run_together(targets: &[String], programs: &Path, setting: &Setting) -> Result<()> {
+    std::thread::scope(|scope| {
+        let mut running = Vec::new();
+        for target in targets {
+            running.push(scope.spawn(move || run_one(target, &programs.join(target), setting)));
+        }
+        targets.iter().zip(running).try_for_each(|(target, run)| {
+            let done = run.join().unwrap_or_else(|_| bail!("the thread that waits for it panicked"));
+            done.with_context(|| format!("fuzz target {target}"))
+        })
+    })
 }
 
 /// The compiler's own platform.

@@ -80,7 +80,8 @@ impl<'a> State<'a> {
                 count.wrapping_sub(1)
             })
             .collect();
-        let mut expected: Vec<i32> = surface.valences().iter().map(|&v| (v as i32).min(1 << 20) * UNIT).collect();
+        let mut expected: Vec<i32> =
+            surface.valences().iter().map(|&v| (v as i32).min(1 << 20) * UNIT).collect();
         let mut state = State {
             surface,
             positions,

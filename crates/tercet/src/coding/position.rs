@@ -6,13 +6,13 @@
 //! follow in the order of the surface's normal: along the two axes that lie most nearly in the
 //! surface first, and on the last one every expectation is moved into the tangent plane.
 
-use crate::subdivide::FRACTION_BITS;
 use super::residual::{CONTEXTS, EXPERTS, Expert, ResidualModels, Situation};
 use super::ring::{Neighbourhood, Ring};
 use super::scale::{Scale, ScaleCell};
 use super::vector::{COORDINATE_LIMIT, Point, Vector};
 use crate::entropy::{Coder, log2_fixed};
 use crate::mesh::Surface;
+use crate::subdivide::FRACTION_BITS;
 
 /// How far coding has been off around a vertex: in the surface and across it, in 1/256.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -103,7 +103,8 @@ impl PositionModels {
             let point = if ring.known() == 0 {
                 self.plain(coder, pass, positions[v as usize])
             } else {
-                let around = Neighbourhood::new(&ring, pass, positions, &errors, pass.estimates.get(i), rough);
+                let around =
+                    Neighbourhood::new(&ring, pass, positions, &errors, pass.estimates.get(i), rough);
                 let (point, off) = self.vertex(coder, &around, pass.order, positions[v as usize]);
                 rough[v as usize] = off;
                 for &y in ring.vertices() {
@@ -139,13 +140,14 @@ impl PositionModels {
         let mut sizes = [0u64; 3];
         let mut expected = 0;
         for (step, &axis) in axes.iter().enumerate() {
-            let across = (step == 2) == (order == AxisOrder::NormalLast) && (step == 0) != (order == AxisOrder::NormalLast);
+            let across = (step == 2) == (order == AxisOrder::NormalLast)
+                && (step == 0) != (order == AxisOrder::NormalLast);
             let kind = match (around.at_boundary, across) {
                 (true, _) => BOUNDARY,
                 (_, true) => NORMAL,
                 _ => TANGENTIAL,
             };
-            let coordinate = Coordinate { around, kind, step, earlier: sizes[0] + sizes[1], expected };
+            let coordinate = Coordinate { around, kind, axis, step, earlier: sizes[0] + sizes[1], expected };
             let centre = centres.map(|c| c[axis]);
             let value = self.coordinate(coder, &coordinate, centre, target[axis], &mut expected);
             point[axis] = value;
@@ -192,7 +194,10 @@ impl PositionModels {
             let distance = centre[j].abs_diff(centre[0]);
             let apart = bin((distance << 8) / (main + 50) + 13, 1, -4, DISTANCES);
             cells[j] = ((j * 3 + c.kind) * DISTANCES + apart) * ROUGH + roughness;
-            experts[j] = Expert { centre: centre[j], scale: Scale::new(self.by_distance[cells[j]].mean(main + distance / 2)) };
+            experts[j] = Expert {
+                centre: centre[j],
+                scale: Scale::new(self.by_distance[cells[j]].mean(main + distance / 2)),
+            };
         }
         let situation = c.situation(&experts, roughness, main);
         let value = self.residual.code(coder, target, &experts, &situation);
@@ -253,6 +258,7 @@ const FAR: i64 = 1 << 37;
 struct Coordinate<'a, 'b> {
     around: &'a Neighbourhood<'b>,
     kind: usize,
+    axis: usize,
     /// 0, 1, 2 in the order of coding.
     step: usize,
     /// Sum of the magnitudes by which the earlier coordinates were off.
@@ -302,8 +308,12 @@ impl Coordinate<'_, '_> {
         Situation {
             above: contexts(false),
             below: contexts(true),
-            sets: [scale, (parallelograms * 5 + apart) * 3 + kind + if around.estimate_only { 60 } else { 0 }]
-                .map(|s| s),
+            sets: [
+                scale,
+                (parallelograms * 5 + apart) * 3 + kind + if around.estimate_only { 60 } else { 0 },
+            ],
+            candidates: around.candidates(self.axis),
+            trust: unit * 3 + kind,
         }
     }
 }

@@ -4,10 +4,9 @@
 //! corners would be (after Vlachos et al., "Curved PN triangles", 2001). Where one corner is
 //! virtual the new vertex lies on the boundary: the midpoint of the real edge.
 
-use crate::subdivide::FRACTION_BITS;
 use super::vector::{Point, Vector, add_to, cross, sub, unit};
 use crate::mesh::Surface;
-
+use crate::subdivide::FRACTION_BITS;
 
 /// Unit vertex normals in 1/2¹⁴, weighted by the area of the real faces.
 fn normals(surface: &Surface, positions: &[Point]) -> Vec<[i32; 3]> {
@@ -62,7 +61,8 @@ fn raised(p: [Point; 3], n: [[i32; 3]; 3]) -> Vector {
         }
     }
     // 0.6 of the mean height: 0.6 / 9 = 4369 / 2¹⁶.
-    [0, 1, 2].map(|k| ((sum[k] << FRACTION_BITS).div_euclid(3)) + ((bulge[k] * 4369) >> (14 + 16 - FRACTION_BITS)))
+    [0, 1, 2]
+        .map(|k| ((sum[k] << FRACTION_BITS).div_euclid(3)) + ((bulge[k] * 4369) >> (14 + 16 - FRACTION_BITS)))
 }
 
 /// Rounds an estimate to the lattice.

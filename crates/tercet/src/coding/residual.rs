@@ -20,14 +20,19 @@ use crate::entropy::{Coder, Counter, LOGIT_LIMIT, Mixer, log_expm1, softplus, sq
 
 /// Number of experts.
 pub(crate) const EXPERTS: usize = 6;
-/// Number of counter contexts.
+/// Number of counter contexts that hold for a whole coordinate.
 pub(crate) const CONTEXTS: usize = 9;
-const INPUTS: usize = EXPERTS + CONTEXTS + 1;
+/// Number of candidate lists, each a counter context that changes with every decision.
+pub(crate) const LISTS: usize = 2;
+const COUNTERS: usize = CONTEXTS + LISTS;
+const INPUTS: usize = EXPERTS + COUNTERS + 1;
 
 /// Sizes of the contexts; a caller's values lie below them.
 pub(crate) const SIZES: [usize; CONTEXTS] = [24, 576, 288, 192, 231, 243, 576, 576, 192];
 /// Numbers of values of the two set selectors.
-pub(crate) const SETS: [usize; 2] = [24, 80];
+pub(crate) const SETS: [usize; 2] = [24, 120];
+/// Number of values of [`Situation::trust`].
+pub(crate) const TRUSTS: usize = 24;
 
 /// Ends of the bins in units of the bin width; beyond the last the rest is stored plainly.
 const BINS: [i64; 18] = [1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 28, 40, 60, 100, 200, 500, 2000];
@@ -59,20 +64,68 @@ pub(crate) struct Situation {
     pub below: [usize; CONTEXTS],
     /// The selectors of the mixer's weights.
     pub sets: [usize; 2],
+    /// Values that the coordinate may well repeat.
+    pub candidates: [Candidates; LISTS],
+    /// How much a candidate is worth here.
+    pub trust: usize,
+}
+
+/// A short list of values.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Candidates {
+    values: [i64; Candidates::MOST],
+    count: usize,
+}
+
+impl Candidates {
+    const MOST: usize = 8;
+    const SPLITS: usize = 9;
+
+    /// Adds a value if there is room.
+    pub fn push(&mut self, value: i64) {
+        if self.count < Self::MOST {
+            self.values[self.count] = value;
+            self.count += 1;
+        }
+    }
+
+    /// How many lie in [low, middle) and in [middle, high): none, one or more.
+    #[inline(always)]
+    fn split(&self, [low, middle, high]: [i64; 3]) -> usize {
+        let (mut lower, mut upper) = (0, 0);
+        for &v in &self.values[..self.count] {
+            lower += (low <= v && v < middle) as usize;
+            upper += (middle <= v && v < high) as usize;
+        }
+        3 * lower.min(2) + upper.min(2)
+    }
 }
 
 /// The models of coordinates; they live as long as the file.
 pub(crate) struct ResidualModels {
     counters: Vec<Counter>,
-    start: [usize; CONTEXTS],
+    start: [usize; COUNTERS],
     mixers: [Mixer<INPUTS>; 2],
+}
+
+/// One coordinate being coded.
+struct Walk<'a> {
+    situation: &'a Situation,
+    contexts: &'a [usize; CONTEXTS],
+    experts: &'a [Expert; EXPERTS],
+    /// Standardised distance of each expert's centre from the boundary at magnitude 0.
+    z: [i32; EXPERTS],
+    /// The candidates, as magnitudes once the sign is known.
+    candidates: [Candidates; LISTS],
+    inputs: [i16; INPUTS],
 }
 
 impl ResidualModels {
     pub fn new() -> Self {
-        let mut start = [0; CONTEXTS];
+        let mut start = [0; COUNTERS];
         let mut total = 0;
-        for (start, size) in start.iter_mut().zip(SIZES) {
+        let sizes = SIZES.into_iter().chain([Candidates::SPLITS * TRUSTS; LISTS]);
+        for (start, size) in start.iter_mut().zip(sizes) {
             *start = total;
             total += size * NODES;
         }
@@ -92,104 +145,102 @@ impl ResidualModels {
         situation: &Situation,
     ) -> i32 {
         let centre = (experts[0].centre + 128) >> 8;
+        let value = value as i64;
+        let z = experts.map(|e| e.scale.standardise((centre << 8) - 128 - e.centre));
         let mut inputs = [0i16; INPUTS];
         inputs[INPUTS - 1] = BIAS;
-        // Standardised distance of the boundary below the centre, as seen from below.
-        let mut z = experts.map(|e| e.scale.standardise(((centre as i64) << 8) - 128 - e.centre));
         for (input, z) in inputs.iter_mut().zip(z) {
             *input = clamp(z);
         }
-        let negative = self.decide(coder, (value as i64) < centre, SIGN, situation, &situation.above, &mut inputs);
+        let contexts = &situation.above;
+        let mut walk = Walk { situation, contexts, experts, z, candidates: situation.candidates, inputs };
+        let window = 4 * experts[0].scale.unit() + 1;
+        let negative =
+            self.decide(coder, value < centre, SIGN, &mut walk, [centre - window, centre, centre + window]);
         if negative {
-            z = z.map(|z| -z);
+            walk.contexts = &situation.below;
+            walk.z = z.map(|z| -z);
         }
-        let contexts = if negative { &situation.below } else { &situation.above };
-        let magnitude = if negative { centre - 1 - value as i64 } else { value as i64 - centre };
-        let magnitude = self.magnitude(coder, magnitude, experts, z, situation, contexts, &mut inputs);
+        let turn = |v: i64| if negative { centre - 1 - v } else { v - centre };
+        for list in &mut walk.candidates {
+            list.values = list.values.map(turn);
+        }
+        let magnitude = self.magnitude(coder, turn(value), &mut walk);
         let value = if negative { centre - 1 - magnitude } else { centre + magnitude };
         value.clamp(-(COORDINATE_LIMIT as i64), COORDINATE_LIMIT as i64) as i32
     }
 
-    #[expect(clippy::too_many_arguments, reason = "one coordinate's state, split off for length")]
-    fn magnitude<C: Coder>(
-        &mut self,
-        coder: &mut C,
-        magnitude: i64,
-        experts: &[Expert; EXPERTS],
-        z: [i32; EXPERTS],
-        situation: &Situation,
-        contexts: &[usize; CONTEXTS],
-        inputs: &mut [i16; INPUTS],
-    ) -> i64 {
-        let unit = experts[0].scale.unit();
-        let step = experts.map(|e| e.scale.standardise(unit << 8));
+    fn magnitude<C: Coder>(&mut self, coder: &mut C, magnitude: i64, walk: &mut Walk) -> i64 {
+        let unit = walk.experts[0].scale.unit();
+        let step = walk.experts.map(|e| e.scale.standardise(unit << 8));
         let mut low = 0;
         for (k, &high) in BINS.iter().enumerate() {
             for j in 0..EXPERTS {
-                let at = z[j] + low as i32 * step[j];
-                inputs[j] = clamp(softplus(-at) - log_expm1((high - low) as i32 * step[j]));
+                let at = walk.z[j] + low as i32 * step[j];
+                walk.inputs[j] = clamp(softplus(-at) - log_expm1((high - low) as i32 * step[j]));
             }
             let node = FIRST_BIN + k.min(BIN_NODES - 1);
-            if !self.decide(coder, magnitude >= high * unit, node, situation, contexts, inputs) {
-                return self.within(coder, magnitude, [low * unit, high * unit], experts, z, situation, contexts, inputs);
+            let parts = [low * unit, high * unit, (high + 4) * unit];
+            if !self.decide(coder, magnitude >= parts[1], node, walk, parts) {
+                return self.within(coder, magnitude, [parts[0], parts[1]], walk);
             }
             low = high;
         }
-        low * unit + number(coder, (magnitude - low * unit).clamp(0, u32::MAX as i64 - 2) as u32) as i64
+        let rest = (magnitude - low * unit).clamp(0, u32::MAX as i64 - 2) as u32;
+        low * unit + number(coder, rest) as i64
     }
 
     /// Halves the bin until one integer is left.
-    #[expect(clippy::too_many_arguments, reason = "one coordinate's state, split off for length")]
-    fn within<C: Coder>(
-        &mut self,
-        coder: &mut C,
-        magnitude: i64,
-        [mut low, mut high]: [i64; 2],
-        experts: &[Expert; EXPERTS],
-        z: [i32; EXPERTS],
-        situation: &Situation,
-        contexts: &[usize; CONTEXTS],
-        inputs: &mut [i16; INPUTS],
-    ) -> i64 {
+    fn within<C: Coder>(&mut self, coder: &mut C, magnitude: i64, bin: [i64; 2], walk: &mut Walk) -> i64 {
+        let [mut low, mut high] = bin;
         let mut depth = 0;
         while high - low > 1 {
             let middle = (low + high) / 2;
             let upper = if depth < HALVING_NODES {
                 for j in 0..EXPERTS {
-                    let scale = experts[j].scale;
-                    let (l, h) = (z[j] + scale.standardise(low << 8), z[j] + scale.standardise(high << 8));
-                    let (ml, hm) = (scale.standardise((middle - low) << 8), scale.standardise((high - middle) << 8));
-                    inputs[j] = clamp(ml + log_expm1(hm) - log_expm1(ml) + softplus(l) - softplus(h));
+                    let z = |length: i64| walk.experts[j].scale.standardise(length << 8);
+                    let (l, h) = (walk.z[j] + z(low), walk.z[j] + z(high));
+                    let (lower, upper) = (z(middle - low), z(high - middle));
+                    let logit = lower + log_expm1(upper) - log_expm1(lower) + softplus(l) - softplus(h);
+                    walk.inputs[j] = clamp(logit);
                 }
-                self.decide(coder, magnitude >= middle, FIRST_HALVING + depth, situation, contexts, inputs)
+                self.decide(coder, magnitude >= middle, FIRST_HALVING + depth, walk, [low, middle, high])
             } else {
                 coder.bit(magnitude >= middle, (((high - middle) << 16) / (high - low)) as u16)
             };
             depth += 1;
-            if upper { low = middle } else { high = middle }
+            if upper {
+                low = middle;
+            } else {
+                high = middle;
+            }
         }
         low
     }
 
+    /// One binary decision: whether the value lies in the upper of two `parts`.
     #[inline(always)]
     fn decide<C: Coder>(
         &mut self,
         coder: &mut C,
         bit: bool,
         node: usize,
-        situation: &Situation,
-        contexts: &[usize; CONTEXTS],
-        inputs: &mut [i16; INPUTS],
+        walk: &mut Walk,
+        parts: [i64; 3],
     ) -> bool {
-        let mut at = [0; CONTEXTS];
-        for i in 0..CONTEXTS {
-            at[i] = self.start[i] + contexts[i] * NODES + node;
-            inputs[EXPERTS + i] = self.counters[at[i]].logit();
+        let mut at = [0; COUNTERS];
+        for i in 0..COUNTERS {
+            let context = match i.checked_sub(CONTEXTS) {
+                None => walk.contexts[i],
+                Some(list) => walk.candidates[list].split(parts) * TRUSTS + walk.situation.trust,
+            };
+            at[i] = self.start[i] + context * NODES + node;
+            walk.inputs[EXPERTS + i] = self.counters[at[i]].logit();
         }
-        let said = [0, 1].map(|m| self.mixers[m].mix(situation.sets[m] * NODES + node, inputs));
+        let said = [0, 1].map(|m| self.mixers[m].mix(walk.situation.sets[m] * NODES + node, &walk.inputs));
         let bit = coder.bit(bit, squash((said[0].logit + said[1].logit) / 2));
         for m in 0..2 {
-            self.mixers[m].learn(said[m], inputs, bit);
+            self.mixers[m].learn(said[m], &walk.inputs, bit);
         }
         for at in at {
             self.counters[at].learn(bit, COUNTER_LIMIT);
@@ -210,7 +261,8 @@ mod tests {
     use proptest::prelude::*;
 
     fn situation() -> Situation {
-        Situation { above: [0; CONTEXTS], below: [1; CONTEXTS], sets: [0, 0] }
+        let candidates = [Candidates::default(); LISTS];
+        Situation { above: [0; CONTEXTS], below: [1; CONTEXTS], sets: [0, 0], candidates, trust: 0 }
     }
 
     proptest! {

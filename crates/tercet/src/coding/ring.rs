@@ -1,10 +1,10 @@
 //! What is known around a vertex, and where that places it.
 
 use super::position::{Pass, Roughness, bin};
-use crate::subdivide::FRACTION_BITS;
-use super::residual::EXPERTS;
+use super::residual::{Candidates, EXPERTS, LISTS};
 use super::vector::{Point, Vector, add_to, cross, sub};
 use crate::mesh::{NONE, Surface, next};
+use crate::subdivide::FRACTION_BITS;
 
 /// Rings are looked at this far: a hub's further neighbours add nothing but time.
 const MOST: usize = 32;
@@ -85,18 +85,35 @@ pub(crate) struct Neighbourhood<'a> {
     pub rough: Roughness,
     pub level: usize,
     pub estimate_only: bool,
-    ring: std::marker::PhantomData<&'a ()>,
+    ring: &'a Ring,
+    positions: &'a [Point],
 }
 
-/// Share of the parallelograms' mean in the first expectation, in 1/16, by their number; the
-/// rest is the estimate's.
-const SHARE: [i64; 7] = [0, 4, 6, 7, 8, 8, 8];
+impl Neighbourhood<'_> {
+    /// Values of an axis that may repeat: the neighbours' and the parallelograms'.
+    pub fn candidates(&self, axis: usize) -> [Candidates; LISTS] {
+        let mut lists = [Candidates::default(); LISTS];
+        for &y in &self.ring.known {
+            lists[0].push(self.positions[y as usize][axis] as i64);
+        }
+        for p in &self.ring.parallelograms {
+            lists[1].push(p[axis]);
+        }
+        lists
+    }
+}
+
+/// The first expectation, beside the mean of the known neighbours: shares (in 1/64) of the mean
+/// of the parallelograms, of the estimate and of the error of the estimates nearby, by class.
+/// Least squares over the adaptive levels of scans and CAD meshes.
+const SHARES: [[i64; 3]; 7] =
+    [[0, 62, 30], [4, 60, 24], [5, 58, 24], [8, 54, 25], [8, 54, 23], [8, 50, 22], [7, 42, 22]];
 
 impl<'a> Neighbourhood<'a> {
     pub fn new(
         ring: &'a Ring,
         pass: &Pass,
-        positions: &[Point],
+        positions: &'a [Point],
         errors: &[[i32; 3]],
         estimate: Option<&Vector>,
         rough: &[Roughness],
@@ -122,11 +139,12 @@ impl<'a> Neighbourhood<'a> {
             edge += (0..3).map(|k| ((p[k] as i64) << FRACTION_BITS).abs_diff(mean[k])).max().unwrap_or(0);
         }
         let edge = edge / n as u64;
-        let estimate = estimate.map(|&e| {
-            if with_error == 0 { e } else { [0, 1, 2].map(|k| e[k] + error[k] / (with_error + 1)) }
-        });
         let count = ring.parallelograms.len();
-        let fallback = estimate.unwrap_or(mean);
+        let whole = ring.known.len() == ring.all.len();
+        let class = if whole { 6 } else { count.min(5) };
+        let error = error.map(|x| x / (with_error + 1));
+        let corrected = estimate.map(|&e| [0, 1, 2].map(|k| e[k] + error[k]));
+        let fallback = corrected.unwrap_or(mean);
         let base = if count == 0 {
             fallback
         } else {
@@ -135,23 +153,32 @@ impl<'a> Neighbourhood<'a> {
             sum.map(|x| (x << FRACTION_BITS).div_euclid(count as i64))
         };
         let first = match estimate {
-            Some(e) => [0, 1, 2].map(|k| e[k] + (((base[k] - e[k]) * SHARE[count.min(6)]) >> 4)),
+            Some(e) => {
+                let [of_base, of_estimate, of_error] = SHARES[class];
+                [0, 1, 2].map(|k| {
+                    let sum = of_base * (base[k] - mean[k]) + of_estimate * (e[k] - mean[k]) + of_error * error[k];
+                    mean[k] + (sum >> 6)
+                })
+            }
             None => base,
         };
         let [nearest, second] = ring.two_nearest(first, base);
-        let whole = ring.known.len() == ring.all.len();
         Neighbourhood {
             predictions: [first, first, nearest, second, mean, fallback],
             normal: ring.normal(pass, positions),
             at_boundary: ring.at_boundary,
             parallelograms: count,
-            class: if whole { 6 } else { count.min(5) },
+            class,
             size: bin(edge + 1, 2, -6, 64),
             edge,
-            rough: Roughness { tangential: (tangential / n as u64) as u32, normal: (normal / n as u64) as u32 },
+            rough: Roughness {
+                tangential: (tangential / n as u64) as u32,
+                normal: (normal / n as u64) as u32,
+            },
             level: ring.known.len().min(7),
             estimate_only: count == 0,
-            ring: std::marker::PhantomData,
+            ring,
+            positions,
         }
     }
 }

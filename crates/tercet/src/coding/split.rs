@@ -40,7 +40,13 @@ impl SplitModels {
     }
 
     /// Codes `split`, one entry a face of `surface`; time O(n).
-    pub fn code<C: Coder>(&mut self, coder: &mut C, surface: &Surface, positions: &[Point], split: &mut [bool]) {
+    pub fn code<C: Coder>(
+        &mut self,
+        coder: &mut C,
+        surface: &Surface,
+        positions: &[Point],
+        split: &mut [bool],
+    ) {
         let areas = Areas::new(surface, positions);
         let valence = surface.valences();
         let mut decided = vec![Decided::default(); surface.vertices as usize];
@@ -86,7 +92,11 @@ impl SplitModels {
             }
             for v in face {
                 let d = &mut decided[v as usize];
-                if bit { d.split += (d.split < u16::MAX) as u16 } else { d.unsplit += (d.unsplit < u16::MAX) as u16 }
+                if bit {
+                    d.split += (d.split < u16::MAX) as u16
+                } else {
+                    d.unsplit += (d.unsplit < u16::MAX) as u16
+                }
             }
         }
     }

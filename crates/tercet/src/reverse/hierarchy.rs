@@ -7,8 +7,11 @@ use crate::subdivide::{Update, lift_positions};
 /// No reverse step starts from fewer real vertices: a level costs a line of the file's index.
 const SMALLEST: u32 = 24;
 
-/// A step that removes fewer than one vertex in this many is not worth a level.
+/// A step that removes fewer than one vertex in this many is not worth a level …
 const LEAST_SHARE: u32 = 24;
+/// … unless more than one in `LARGE_BASE` of all vertices are left; then one in `STUCK_SHARE` is.
+const LARGE_BASE: u32 = 20;
+const STUCK_SHARE: u32 = 100;
 
 /// A surface and the steps that lead down from it.
 pub(crate) struct Hierarchy {
@@ -30,6 +33,7 @@ impl Hierarchy {
         rule: Update,
         mut reached: impl FnMut(&Hierarchy),
     ) -> Hierarchy {
+        let all = surface.vertices - surface.virtuals;
         let mut hierarchy = Hierarchy { finest: surface, steps: Vec::new(), positions: vec![positions] };
         loop {
             reached(&hierarchy);
@@ -44,7 +48,8 @@ impl Hierarchy {
                 Some(division) => Some(division.reduction),
                 None => reduce(fine, positions).filter(|step| {
                     let gone = fine.vertices - step.coarse.vertices;
-                    gone > real / LEAST_SHARE
+                    let share = if real > all / LARGE_BASE { STUCK_SHARE } else { LEAST_SHARE };
+                    gone > real / share
                 }),
             };
             let Some(step) = step else { break };

@@ -18,13 +18,6 @@ pub(crate) fn lift(refined: &Refined, reduction: &Reduction, fine: &Surface, coa
     let surface = &refined.surface;
     let mut map = vec![NONE; surface.faces() as usize];
     let mut reached = Vec::with_capacity(map.len());
-    let mut tie = |map: &mut Vec<u32>, reached: &mut Vec<u32>, c: u32, d: u32| {
-        let f = c / 3;
-        if map[f as usize] == NONE {
-            map[f as usize] = corner_zero(c, d);
-            reached.push(f);
-        }
-    };
     for (&first, &corner) in refined.first.iter().zip(coarse_map) {
         if let Some((offset, d)) = seed(reduction, fine, corner) {
             tie(&mut map, &mut reached, 3 * first + offset, d);
@@ -38,6 +31,15 @@ pub(crate) fn lift(refined: &Refined, reduction: &Reduction, fine: &Surface, coa
         }
     }
     map
+}
+
+/// Notes that `d` corresponds to `c`, unless the face of `c` has been reached before.
+fn tie(map: &mut [u32], reached: &mut Vec<u32>, c: u32, d: u32) {
+    let f = c / 3;
+    if map[f as usize] == NONE {
+        map[f as usize] = corner_zero(c, d);
+        reached.push(f);
+    }
 }
 
 /// What corresponds to corner 0 of the face of `c` if `d` corresponds to `c`.

@@ -18,9 +18,7 @@ pub(crate) mod shapes;
 pub use lifting::Update;
 pub(crate) use lifting::{lift_positions, unlift_positions, update};
 pub(crate) use predict::{FRACTION_BITS, predict_sqrt3, subdivide_surface};
-#[cfg(test)]
-pub(crate) use refine::flip_edge;
-pub(crate) use refine::{Refined, refine};
+pub(crate) use refine::{Refined, flip_edge, refine};
 pub(crate) use sqrt3::{odd_applies, refine_sqrt3};
 pub(crate) use stencil::{Stencil, for_each_stencil};
 

@@ -67,7 +67,7 @@ impl<'a> Builder<'a> {
         Self { fine, odd, number, heir: vec![NONE; fine.vertex.len()], out }
     }
 
-    /// Appends a face, given by a fine corner at each of its vertices; returns its first corner.
+    /// Appends a face with the given vertices of the fine surface; returns its corner 0.
     fn push(&mut self, vertices: [u32; 3], split: bool, anchor: u32) -> u32 {
         let first = self.out.coarse.vertex.len() as u32;
         self.out.coarse.vertex.extend(vertices.map(|v| self.number[v as usize]));
@@ -95,9 +95,8 @@ impl<'a> Builder<'a> {
         let ring = |i: usize| self.fine.at(next(fan[i % valence]));
         let corners = corners_of(flips);
         let face = self.push(corners.map(ring), true, fan[corners[0]]);
-        for k in 0..3 {
-            // From x to y around v: one fine face, or two and a flipped spoke to w.
-            let x = corners[k];
+        for (k, x) in corners.into_iter().enumerate() {
+            // From x to the next corner around v: one fine face, or two and a flipped spoke to w.
             let facing = face + (k as u32 + 2) % 3;
             let w = (x + 1) % valence;
             if flips >> w & 1 == 0 {

@@ -11,15 +11,15 @@
 //!   coarse faces have the same corners. So a simplicial complex stays one.
 //!
 //! ```text
-//!        y                    y
-//!      / | \                / | \
-//!     /  |  \              /  |  \
-//!    /   v---w    ->      /   v   w      v keeps x, y, z; the face (x, w, y) is left,
-//!   /  / |  /            /  / |  /       or, if w is in R too, (x, w, y) is part of
-//!   z/   | /             z/   | /        the coarse face that w splits
-//!     \  |/                \  |/
-//!        x                    x
+//!         y                   y
+//!       / | \               / |\ \
+//!     z---v---w     ->    z---v | w
+//!       \ | /               \ |/ /
+//!         x                   x
 //! ```
+//!
+//! Flipped back, the spoke from v to w becomes the edge xy of the coarse face (x, y, z). On its
+//! other side lies the face (x, w, y), which stays, or the coarse face that w splits.
 //!
 //! Adjacent removals matter: in the √3 pattern every odd vertex has three odd neighbours, and
 //! an independent set costs a sixth more bytes. A maximum set is out of reach, so vertices are
@@ -66,7 +66,7 @@ fn corners_of(flips: Flips) -> [usize; 3] {
 ///
 /// `positions` holds lattice coordinates below 2^26 in magnitude, one point a vertex of `fine`;
 /// those of virtual vertices are ignored. They guide the choice only: any positions give a
-/// valid step. Deterministic, integer, linear time; about 130 bytes a vertex of scratch memory.
+/// valid step. Deterministic, integer, linear time; about 80 bytes a vertex of scratch memory.
 pub(crate) fn reduce(fine: &Surface, positions: &[[i32; 3]]) -> Option<Reduction> {
     let corner = fine.any_corner();
     let odd = select::select(fine, &corner, positions);

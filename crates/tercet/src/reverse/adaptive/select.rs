@@ -13,15 +13,18 @@ const BUCKETS: usize = 320;
 /// an edge takes constant time.
 const LARGEST_WALK: u32 = 30;
 
-/// Chooses odd vertices with their flip sets by descending score.
+/// Vertices that compete at a time. Going through a large surface in order of score alone
+/// visits memory at random and takes twice the time; blocks of neighbouring numbers stay in
+/// the cache, and their seams cost less than 0.2 % of the positions' bits.
+const BLOCK: usize = 1 << 17;
+
+/// Chooses odd vertices with their flip sets, in each block of vertices by descending score.
 ///
 /// `corner` holds the first corner of each vertex; ring positions count from it.
 pub(super) fn select(fine: &Surface, corner: &[u32], positions: &[[i32; 3]]) -> Vec<Option<Flips>> {
     let mut selector = Selector::new(fine, corner, positions);
-    while let Some(v) = selector.queue.pop() {
-        if selector.state[v as usize].is_candidate() {
-            selector.decide(v);
-        }
+    for first in (0..fine.vertices).step_by(BLOCK) {
+        selector.compete(first);
     }
     selector.odd
 }
@@ -39,6 +42,8 @@ struct Selector<'a> {
     /// Number of the commitment that last re-scored a vertex.
     stamp: Vec<u32>,
     commitments: u32,
+    /// Vertices from this number on are not to be decided yet.
+    end: u32,
 }
 
 impl<'a> Selector<'a> {
@@ -57,10 +62,8 @@ impl<'a> Selector<'a> {
                 state[i] = if d == MAX_VALENCE { State::Candidate } else { State::LowCandidate };
             }
         }
-        for virtual_vertex in &mut state[..fine.virtuals as usize] {
-            *virtual_vertex = State::Kept;
-        }
-        let mut selector = Self {
+        state[..fine.virtuals as usize].fill(State::Kept);
+        Self {
             fine,
             corner,
             valence,
@@ -71,17 +74,27 @@ impl<'a> Selector<'a> {
             queue: BucketQueue::new(BUCKETS, n),
             stamp: vec![0; n],
             commitments: 0,
-        };
-        for v in (0..fine.vertices).rev() {
-            selector.enqueue(v);
+            end: 0,
         }
-        selector
+    }
+
+    /// Decides the block that begins with vertex `first`.
+    fn compete(&mut self, first: u32) {
+        self.end = self.fine.vertices.min(first.saturating_add(BLOCK as u32));
+        for v in (first..self.end).rev() {
+            self.enqueue(v);
+        }
+        while let Some(v) = self.queue.pop() {
+            if self.state[v as usize].is_candidate() {
+                self.decide(v);
+            }
+        }
     }
 
     /// Puts a candidate where its score belongs, or keeps it if it has no flip set left.
     fn enqueue(&mut self, v: u32) {
         let i = v as usize;
-        if !self.state[i].is_candidate() {
+        if v >= self.end || !self.state[i].is_candidate() {
             return;
         }
         match self.star[i].best(&self.state) {

@@ -302,7 +302,7 @@ fn a_bipyramid_over_a_triangle_loses_one_apex_only() {
 #[test]
 fn two_hubs_do_not_make_the_choice_quadratic() {
     // A bipyramid over a polygon: nearly every flip would join the same two hubs.
-    let n = 100_000;
+    let n = 140_000;
     let faces: Vec<_> = (0..n).flat_map(|i| [[i, (i + 1) % n, n], [(i + 1) % n, i, n + 1]]).collect();
     let mut positions: Vec<[i32; 3]> = (0..n as i32).map(|i| [i, (i * 7) % 1000, 0]).collect();
     positions.extend([[0, 0, 5000], [0, 0, -5000]]);
