@@ -2,7 +2,7 @@
 
 use crate::coding::Levels;
 use crate::container::{self, Header, LevelEntry, LevelKind, Part, Reader, UpdateRule};
-use crate::entropy;
+use crate::entropy::{self, Coder};
 use crate::mesh::{Lattice, Mesh};
 use crate::subdivide::StepKind;
 use crate::{Error, Limits, Precision, Result, Update};
@@ -101,6 +101,10 @@ pub struct Level {
     pub restored: bool,
 }
 
+/// Memory that decoding a level takes: its surface and models' notes, the next coarser surface,
+/// and the mesh that is handed out.
+const BYTES_PER_VERTEX: u64 = 250;
+
 /// A progressive decoder: bytes in, levels out.
 pub struct Decoder {
     reader: Reader,
@@ -148,21 +152,46 @@ impl Decoder {
         self.reader.finish()
     }
 
+    /// Decodes a level. After a failure the surface is of no use: the file ends there.
     fn level(&mut self, entry: LevelEntry, bytes: &[u8]) -> Result<()> {
         let mut coder = entropy::Decoder::new(bytes);
+        let done = self.refine(entry, &mut coder).and_then(|()| match coder.exhausted() {
+            true => Err(Error::format("level", "its bytes end before it is complete")),
+            false => self.check_counts(entry),
+        });
+        done.map_err(|error| self.reader.refuse(error))
+    }
+
+    fn refine(&mut self, entry: LevelEntry, coder: &mut entropy::Decoder) -> Result<()> {
+        let limits = *self.reader.limits();
+        limits.check("bytes of a level", entry.vertices.into(), BYTES_PER_VERTEX)?;
         let kind = match entry.kind {
             LevelKind::Base => {
-                self.levels.base(&mut coder, None)?;
-                self.levels.base_positions(&mut coder, Vec::new());
+                self.levels.base(coder, None, &limits)?;
+                // Its positions take time and memory: not for another surface than announced.
+                self.check_counts(entry)?;
+                self.levels.base_positions(coder, Vec::new());
                 return Ok(());
             }
             LevelKind::Adaptive => StepKind::Adaptive,
             LevelKind::Sqrt3Even => StepKind::Sqrt3Even,
             LevelKind::Sqrt3Odd => StepKind::Sqrt3Odd,
         };
-        let step =
-            self.levels.connectivity(&mut coder, kind, Vec::new(), Vec::new(), entry.vertices as u64)?;
-        self.levels.positions(&mut coder, step, &[], rule(&entry));
+        let step = self.levels.connectivity(coder, kind, Vec::new(), Vec::new(), entry.vertices as u64)?;
+        self.levels.positions(coder, step, &[], rule(&entry));
+        Ok(())
+    }
+
+    /// Fails unless the surface has the real vertices and faces that its entry announces.
+    fn check_counts(&self, entry: LevelEntry) -> Result<()> {
+        let surface = &self.levels.surface;
+        let faces = (0..surface.faces()).filter(|&f| !surface.is_virtual_face(f)).count();
+        let found = [(surface.vertices - surface.virtuals) as usize, faces];
+        if found != [entry.vertices, entry.faces].map(|n| n as usize) {
+            let [vertices, faces] = found;
+            let cause = format!("{vertices} vertices and {faces} faces, not as many as announced");
+            return Err(Error::format("level", cause));
+        }
         Ok(())
     }
 

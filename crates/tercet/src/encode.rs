@@ -7,7 +7,7 @@ use crate::entropy::Encoder;
 use crate::mesh::{Cut, Lattice, Mesh, box_lattice, cut, detect_grid, next, prev, refined_grid};
 use crate::metrics::LevelErrors;
 use crate::reverse::{Hierarchy, Reduction, StepKind, lift};
-use crate::{Error, Precision, Result, Update};
+use crate::{Error, Limits, Precision, Result, Update};
 
 /// What to keep, and how.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -142,7 +142,7 @@ impl<'a> Writer<'a> {
         let last = self.hierarchy.steps.len();
         let known = self.hierarchy.surface(last);
         let mut coder = Encoder::new();
-        self.map = self.levels.base(&mut coder, Some(known))?;
+        self.map = self.levels.base(&mut coder, Some(known), &Limits { max_memory: u64::MAX })?;
         self.connectivity_bits += coder.bits();
         let positions = self.positions_from(last, 0);
         self.levels.base_positions(&mut coder, positions);
