@@ -22,8 +22,10 @@ pub fn compare_digests(setting: &Setting) -> Result<Outcome> {
         Err(why) => return Ok(Outcome::Skipped(format!("no 32-bit toolchain: {why:#}"))),
     };
     foreign.args(DIGESTS).args(["--target", TARGET]);
-    // Of the standard library's build only the code is wanted, and that soon.
-    foreign.env("CARGO_PROFILE_DEV_DEBUG", "0").env("CARGO_TARGET_DIR", setting.target.join("portable"));
+    // The standard library is wanted soon rather than fast.
+    foreign.args(["--config", "profile.dev.debug=false"]);
+    foreign.args(["--config", "profile.dev.package.\"*\".opt-level=0"]);
+    foreign.env("CARGO_TARGET_DIR", setting.target.join("portable"));
     let here = capture(command("cargo", &DIGESTS))?;
     let there = capture(foreign)?;
     if here.lines().next().is_none() {
@@ -65,7 +67,7 @@ fn debian_cargo() -> Result<(Command, String)> {
     if minor(version.split_whitespace().nth(1)) < minor(Some(&promised_version()?)) {
         bail!("Debian's {} is too old", version.trim());
     }
-    let mut cargo = command("cargo", &["-Zbuild-std=std,panic_abort"]);
+    let mut cargo = command("cargo", &["-Zbuild-std=std,panic_abort", "-Zbuild-std-features=panic-unwind"]);
     // -Zbuild-std is not stable; nothing else here depends on it.
     cargo.env("RUSTC", rustc).env("RUSTC_BOOTSTRAP", "1");
     Ok((cargo, version.trim().into()))

@@ -6,7 +6,7 @@
 //! follow in the order of the surface's normal: along the two axes that lie most nearly in the
 //! surface first, and on the last one every expectation is moved into the tangent plane.
 
-use super::residual::{CONTEXTS, EXPERTS, Expert, ResidualModels, Situation};
+use super::residual::{EXPERTS, Expert, ResidualModels, Situation};
 use super::ring::{Neighbourhood, Ring};
 use super::scale::{Scale, ScaleCell};
 use super::vector::{COORDINATE_LIMIT, Point, Vector};
@@ -188,9 +188,8 @@ impl PositionModels {
         *expected += main;
         let first = Scale::new(main);
         let mut experts = [Expert { centre: centre[0], scale: first }; EXPERTS];
-        experts[1].scale = Scale::new(by_class);
         let mut cells = [0; EXPERTS];
-        for j in 2..EXPERTS {
+        for j in 1..EXPERTS {
             let distance = centre[j].abs_diff(centre[0]);
             let apart = bin((distance << 8) / (main + 50) + 13, 1, -4, DISTANCES);
             cells[j] = ((j * 3 + c.kind) * DISTANCES + apart) * ROUGH + roughness;
@@ -199,12 +198,12 @@ impl PositionModels {
                 scale: Scale::new(self.by_distance[cells[j]].mean(main + distance / 2)),
             };
         }
-        let situation = c.situation(&experts, roughness, main);
+        let situation = c.situation(&experts, main);
         let value = self.residual.code(coder, target, &experts, &situation);
         let off = |e: &Expert| ((value as i64) << FRACTION_BITS).abs_diff(e.centre);
         self.by_class[class].learn(off(&experts[0]));
         self.by_roughness[cell].learn(off(&experts[0]));
-        for j in 2..EXPERTS {
+        for j in 1..EXPERTS {
             self.by_distance[cells[j]].learn(off(&experts[j]));
         }
         value
@@ -268,12 +267,10 @@ struct Coordinate<'a, 'b> {
 }
 
 impl Coordinate<'_, '_> {
-    fn situation(&self, experts: &[Expert; EXPERTS], roughness: usize, main: u64) -> Situation {
+    fn situation(&self, experts: &[Expert; EXPERTS], main: u64) -> Situation {
         let around = self.around;
         let kind = self.kind;
         let centre = experts[0].centre;
-        let fraction = (centre + 128) & 255;
-        let eighth = (fraction >> 5) as usize;
         let scale = (experts[0].scale.log / 4).saturating_sub(8).min(23);
         let unit = experts[0].scale.unit().min(7) as usize;
         // Where another expert lies, in bins of the scale.
@@ -287,24 +284,16 @@ impl Coordinate<'_, '_> {
         };
         let parallelograms = around.parallelograms.min(3);
         let [estimate, nearest, second, other] =
-            [beside(5, 3, 11), beside(2, 3, 9), beside(3, 3, 9), beside(4, 3, 7)];
-        let near_middle = (64..192).contains(&fraction) as usize;
+            [beside(4, 3, 11), beside(1, 3, 9), beside(2, 3, 9), beside(3, 3, 7)];
         let contexts = |mirror: bool| {
             let turn = |x: usize, bins: usize| if mirror { bins - 1 - x } else { x };
-            let eighth = turn(eighth, 8);
             [
-                eighth * 3 + kind,
-                (scale * 3 + kind) * 8 + unit,
-                (roughness * 3 + kind) * 4 + eighth / 2,
-                (around.class * 3 + kind) * 8 + around.level,
                 (turn(estimate, 11) * 7 + turn(other, 7)) * 3 + kind,
                 (turn(nearest, 9) * 9 + turn(second, 9)) * 3 + kind,
-                ((roughness * 3 + kind) * 4 + parallelograms) * 2 + near_middle,
                 (scale * 3 + kind) * 8 + surprise,
-                (turn(nearest, 9).min(7) * 8 + eighth) * 3 + kind,
             ]
         };
-        let apart = bin((experts[2].centre.abs_diff(centre) << 8) / (main + 50) + 13, 1, -5, 5);
+        let apart = bin((experts[1].centre.abs_diff(centre) << 8) / (main + 50) + 13, 1, -5, 5);
         Situation {
             above: contexts(false),
             below: contexts(true),
@@ -312,7 +301,7 @@ impl Coordinate<'_, '_> {
                 scale,
                 (parallelograms * 5 + apart) * 3 + kind + if around.estimate_only { 60 } else { 0 },
             ],
-            candidates: around.candidates(self.axis),
+            candidates: around.candidates(self.axis, &experts.map(|e| e.centre)),
             trust: unit * 3 + kind,
         }
     }
@@ -324,4 +313,3 @@ pub(super) fn bin(x: u64, per_octave: i32, offset: i32, bins: usize) -> usize {
     (log + offset * per_octave).clamp(0, bins as i32 - 1) as usize
 }
 
-const _: () = assert!(CONTEXTS == 9);

@@ -21,14 +21,15 @@ use crate::entropy::{Coder, Counter, LOGIT_LIMIT, Mixer, log_expm1, softplus, sq
 /// Number of experts.
 pub(crate) const EXPERTS: usize = 6;
 /// Number of counter contexts that hold for a whole coordinate.
-pub(crate) const CONTEXTS: usize = 9;
+pub(crate) const CONTEXTS: usize = 3;
 /// Number of candidate lists, each a counter context that changes with every decision.
-pub(crate) const LISTS: usize = 2;
+pub(crate) const LISTS: usize = 4;
 const COUNTERS: usize = CONTEXTS + LISTS;
-const INPUTS: usize = EXPERTS + COUNTERS + 1;
+const INPUTS: usize = 16;
+const _: () = assert!(EXPERTS + COUNTERS < INPUTS);
 
 /// Sizes of the contexts; a caller's values lie below them.
-pub(crate) const SIZES: [usize; CONTEXTS] = [24, 576, 288, 192, 231, 243, 576, 576, 192];
+pub(crate) const SIZES: [usize; CONTEXTS] = [231, 243, 576];
 /// Numbers of values of the two set selectors.
 pub(crate) const SETS: [usize; 2] = [24, 120];
 /// Number of values of [`Situation::trust`].
@@ -71,33 +72,36 @@ pub(crate) struct Situation {
 }
 
 /// A short list of values.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 pub(crate) struct Candidates {
-    values: [i64; Candidates::MOST],
+    /// Unused places hold a value that no coordinate comes near.
+    values: [i32; Candidates::MOST],
     count: usize,
 }
 
 impl Candidates {
     const MOST: usize = 8;
-    const SPLITS: usize = 9;
+    const SPLITS: usize = 16;
+    pub const EMPTY: Candidates = Candidates { values: [i32::MIN; Candidates::MOST], count: 0 };
 
     /// Adds a value if there is room.
+    #[inline(always)]
     pub fn push(&mut self, value: i64) {
         if self.count < Self::MOST {
-            self.values[self.count] = value;
+            self.values[self.count] = value as i32;
             self.count += 1;
         }
     }
 
-    /// How many lie in [low, middle) and in [middle, high): none, one or more.
+    /// How many lie in [low, middle) and in [middle, high), each up to 3.
     #[inline(always)]
-    fn split(&self, [low, middle, high]: [i64; 3]) -> usize {
-        let (mut lower, mut upper) = (0, 0);
-        for &v in &self.values[..self.count] {
-            lower += (low <= v && v < middle) as usize;
-            upper += (middle <= v && v < high) as usize;
+    fn split(&self, [low, middle, high]: [i32; 3]) -> usize {
+        let (mut lower, mut upper) = (0i32, 0i32);
+        for v in self.values {
+            lower += (low <= v && v < middle) as i32;
+            upper += (middle <= v && v < high) as i32;
         }
-        3 * lower.min(2) + upper.min(2)
+        4 * lower.min(3) as usize + upper.min(3) as usize
     }
 }
 
@@ -111,12 +115,13 @@ pub(crate) struct ResidualModels {
 /// One coordinate being coded.
 struct Walk<'a> {
     situation: &'a Situation,
-    contexts: &'a [usize; CONTEXTS],
     experts: &'a [Expert; EXPERTS],
     /// Standardised distance of each expert's centre from the boundary at magnitude 0.
     z: [i32; EXPERTS],
     /// The candidates, as magnitudes once the sign is known.
     candidates: [Candidates; LISTS],
+    /// Where each context's counters begin.
+    rows: [usize; CONTEXTS],
     inputs: [i16; INPUTS],
 }
 
@@ -146,24 +151,33 @@ impl ResidualModels {
     ) -> i32 {
         let centre = (experts[0].centre + 128) >> 8;
         let value = value as i64;
-        let z = experts.map(|e| e.scale.standardise((centre << 8) - 128 - e.centre));
+        let mut z = [0; EXPERTS];
+        for j in 0..EXPERTS {
+            z[j] = experts[j].scale.standardise((centre << 8) - 128 - experts[j].centre);
+        }
         let mut inputs = [0i16; INPUTS];
         inputs[INPUTS - 1] = BIAS;
         for (input, z) in inputs.iter_mut().zip(z) {
             *input = clamp(z);
         }
-        let contexts = &situation.above;
-        let mut walk = Walk { situation, contexts, experts, z, candidates: situation.candidates, inputs };
+        let candidates = situation.candidates;
+        let mut walk = Walk { situation, experts, z, candidates, rows: [0; CONTEXTS], inputs };
+        walk.rows = self.rows(&situation.above);
         let window = 4 * experts[0].scale.unit() + 1;
-        let negative =
-            self.decide(coder, value < centre, SIGN, &mut walk, [centre - window, centre, centre + window]);
+        let parts = [centre - window, centre, centre + window];
+        let negative = self.decide(coder, value < centre, SIGN, &mut walk, parts);
         if negative {
-            walk.contexts = &situation.below;
-            walk.z = z.map(|z| -z);
+            walk.rows = self.rows(&situation.below);
+            for z in &mut walk.z {
+                *z = -*z;
+            }
         }
         let turn = |v: i64| if negative { centre - 1 - v } else { v - centre };
+        let (flip, offset) = if negative { (-1, centre as i32 - 1) } else { (1, -(centre as i32)) };
         for list in &mut walk.candidates {
-            list.values = list.values.map(turn);
+            for v in &mut list.values {
+                *v = v.wrapping_mul(flip).wrapping_add(offset);
+            }
         }
         let magnitude = self.magnitude(coder, turn(value), &mut walk);
         let value = if negative { centre - 1 - magnitude } else { centre + magnitude };
@@ -172,7 +186,10 @@ impl ResidualModels {
 
     fn magnitude<C: Coder>(&mut self, coder: &mut C, magnitude: i64, walk: &mut Walk) -> i64 {
         let unit = walk.experts[0].scale.unit();
-        let step = walk.experts.map(|e| e.scale.standardise(unit << 8));
+        let mut step = [0; EXPERTS];
+        for (step, expert) in step.iter_mut().zip(walk.experts) {
+            *step = expert.scale.standardise(unit << 8);
+        }
         let mut low = 0;
         for (k, &high) in BINS.iter().enumerate() {
             for j in 0..EXPERTS {
@@ -229,23 +246,37 @@ impl ResidualModels {
         parts: [i64; 3],
     ) -> bool {
         let mut at = [0; COUNTERS];
+        for i in 0..CONTEXTS {
+            at[i] = walk.rows[i] + node;
+        }
+        let far = |x: i64| x.clamp(i32::MIN as i64 + 1, i32::MAX as i64) as i32;
+        let parts = [far(parts[0]), far(parts[1]), far(parts[2])];
+        for i in 0..LISTS {
+            let context = walk.candidates[i].split(parts) * TRUSTS + walk.situation.trust;
+            at[CONTEXTS + i] = self.start[CONTEXTS + i] + context * NODES + node;
+        }
         for i in 0..COUNTERS {
-            let context = match i.checked_sub(CONTEXTS) {
-                None => walk.contexts[i],
-                Some(list) => walk.candidates[list].split(parts) * TRUSTS + walk.situation.trust,
-            };
-            at[i] = self.start[i] + context * NODES + node;
             walk.inputs[EXPERTS + i] = self.counters[at[i]].logit();
         }
-        let said = [0, 1].map(|m| self.mixers[m].mix(walk.situation.sets[m] * NODES + node, &walk.inputs));
-        let bit = coder.bit(bit, squash((said[0].logit + said[1].logit) / 2));
-        for m in 0..2 {
-            self.mixers[m].learn(said[m], &walk.inputs, bit);
-        }
+        let first = self.mixers[0].mix(walk.situation.sets[0] * NODES + node, &walk.inputs);
+        let second = self.mixers[1].mix(walk.situation.sets[1] * NODES + node, &walk.inputs);
+        let bit = coder.bit(bit, squash((first.logit + second.logit) >> 1));
+        self.mixers[0].learn(first, &walk.inputs, bit);
+        self.mixers[1].learn(second, &walk.inputs, bit);
         for at in at {
             self.counters[at].learn(bit, COUNTER_LIMIT);
         }
         bit
+    }
+
+    /// Where the counters of the given context values begin.
+    #[inline(always)]
+    fn rows(&self, contexts: &[usize; CONTEXTS]) -> [usize; CONTEXTS] {
+        let mut rows = [0; CONTEXTS];
+        for i in 0..CONTEXTS {
+            rows[i] = self.start[i] + contexts[i] * NODES;
+        }
+        rows
     }
 }
 
@@ -261,7 +292,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn situation() -> Situation {
-        let candidates = [Candidates::default(); LISTS];
+        let candidates = [Candidates::EMPTY; LISTS];
         Situation { above: [0; CONTEXTS], below: [1; CONTEXTS], sets: [0, 0], candidates, trust: 0 }
     }
 

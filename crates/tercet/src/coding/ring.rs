@@ -18,6 +18,8 @@ pub(crate) struct Ring {
     known: Vec<u32>,
     /// Parallelogram predictions from known neighbours.
     parallelograms: Vec<[i64; 3]>,
+    /// Known vertices across the ring's edges.
+    across: Vec<u32>,
     at_boundary: bool,
     /// The vertex itself; those from it on are not known yet.
     vertex: u32,
@@ -29,6 +31,7 @@ impl Ring {
         self.all.clear();
         self.known.clear();
         self.parallelograms.clear();
+        self.across.clear();
         self.at_boundary = false;
         self.vertex = v;
         let known = |x: u32| x < v && !surface.is_virtual(x);
@@ -50,6 +53,7 @@ impl Ring {
             }
             let w = surface.at(surface.across(c));
             if known(w) {
+                self.across.push(w);
                 let (a, b, w) = (positions[a as usize], positions[b as usize], positions[w as usize]);
                 self.parallelograms.push([0, 1, 2].map(|k| a[k] as i64 + b[k] as i64 - w[k] as i64));
             }
@@ -69,8 +73,8 @@ impl Ring {
 
 /// Everything that the models look at.
 pub(crate) struct Neighbourhood<'a> {
-    /// The experts' points, in 1/256: the first twice, the two nearest parallelograms, the mean
-    /// of the known neighbours, the estimate.
+    /// The experts' points, in 1/256: the first, the two nearest parallelograms, the mean of
+    /// the known neighbours, the estimate, the mean of the parallelograms.
     pub predictions: [Vector; EXPERTS],
     /// Normal of the surface here, of any length below 2⁴⁸.
     pub normal: Vector,
@@ -90,14 +94,22 @@ pub(crate) struct Neighbourhood<'a> {
 }
 
 impl Neighbourhood<'_> {
-    /// Values of an axis that may repeat: the neighbours' and the parallelograms'.
-    pub fn candidates(&self, axis: usize) -> [Candidates; LISTS] {
-        let mut lists = [Candidates::default(); LISTS];
+    /// Values of an axis that may repeat: the neighbours', the parallelograms', those of the
+    /// vertices across, and where the experts (`centres`) expect it.
+    #[inline]
+    pub fn candidates(&self, axis: usize, centres: &[i64; EXPERTS]) -> [Candidates; LISTS] {
+        let mut lists = [Candidates::EMPTY; LISTS];
         for &y in &self.ring.known {
             lists[0].push(self.positions[y as usize][axis] as i64);
         }
         for p in &self.ring.parallelograms {
             lists[1].push(p[axis]);
+        }
+        for &w in &self.ring.across {
+            lists[2].push(self.positions[w as usize][axis] as i64);
+        }
+        for centre in centres {
+            lists[3].push((centre + 128) >> FRACTION_BITS);
         }
         lists
     }
@@ -164,7 +176,7 @@ impl<'a> Neighbourhood<'a> {
         };
         let [nearest, second] = ring.two_nearest(first, base);
         Neighbourhood {
-            predictions: [first, first, nearest, second, mean, fallback],
+            predictions: [first, nearest, second, mean, fallback, base],
             normal: ring.normal(pass, positions),
             at_boundary: ring.at_boundary,
             parallelograms: count,

@@ -3,7 +3,19 @@
 use super::{LOGIT_LIMIT, squash};
 
 /// Weights are in 1/8192.
-const WEIGHT_ONE: i32 = 1 << 13;
+const WEIGHT_BITS: u32 = 13;
+
+/// How much faster the n-th outcome of a situation moves its weights.
+const BOOSTED: usize = 256;
+static BOOST: [u8; BOOSTED] = {
+    let mut table = [0; BOOSTED];
+    let mut n = 0;
+    while n < BOOSTED {
+        table[n] = 1 + (150 / (50 + n)) as u8;
+        n += 1;
+    }
+    table
+};
 
 /// A table of weight vectors for `N` opinions, one vector for each situation.
 #[derive(Clone, Debug)]
@@ -23,7 +35,8 @@ pub(crate) struct Mix {
 }
 
 impl<const N: usize> Mixer<N> {
-    /// `sets` vectors that all start as `initial` (in 1/8192) and learn with `rate`/65536.
+    /// `sets` vectors that all start as `initial` (in 1/8192) and learn with `rate`/65536 (below
+    /// 2¹¹ / 4, so that a step fits 16 bits).
     pub fn new(sets: usize, initial: [i16; N], rate: i32) -> Self {
         Mixer { weights: vec![initial; sets], uses: vec![0; sets], rate }
     }
@@ -36,21 +49,24 @@ impl<const N: usize> Mixer<N> {
         for i in 0..N {
             sum += opinions[i] as i32 * weights[i] as i32;
         }
-        Mix { set, logit: (sum / WEIGHT_ONE).clamp(-LOGIT_LIMIT, LOGIT_LIMIT) }
+        Mix { set, logit: (sum >> WEIGHT_BITS).clamp(-LOGIT_LIMIT, LOGIT_LIMIT) }
     }
 
     /// Moves the weights down the gradient of the code length; early outcomes move them more.
+    ///
+    /// All in 16 bits, so that the loop becomes a handful of vector instructions: a product's
+    /// upper half, rounded, added with saturation.
     #[inline(always)]
     pub fn learn(&mut self, said: Mix, opinions: &[i16; N], bit: bool) {
         let uses = &mut self.uses[said.set];
-        let boost = if *uses < 256 { 1 + 200 / (50 + *uses as i32) } else { 1 };
-        *uses += (*uses < 256) as u16;
-        let error = ((bit as i32) << 16) - (bit as i32) - squash(said.logit) as i32;
-        let step = (error * (self.rate * boost)) >> 12;
+        let rate = self.rate * BOOST[*uses as usize & (BOOSTED - 1)] as i32;
+        *uses += ((*uses as usize) < BOOSTED - 1) as u16;
+        let error = if bit { 65535 } else { 0 } - squash(said.logit) as i32;
+        let step = ((error * rate) >> 12) as i16;
         let weights = &mut self.weights[said.set];
         for i in 0..N {
-            let change = (opinions[i] as i32 * step + (1 << 14)) >> 15;
-            weights[i] = (weights[i] as i32 + change).clamp(i16::MIN as i32, i16::MAX as i32) as i16;
+            let change = (((opinions[i] << 3) as i32 * step as i32) >> 16) as i16;
+            weights[i] = weights[i].saturating_add((change + 2) >> 2);
         }
     }
 }

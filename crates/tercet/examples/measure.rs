@@ -1,0 +1,132 @@
+//! Codes one mesh and prints what it cost, as lines of `name=value`: our side of `cargo xtask bench`.
+//!
+//! ```text
+//! measure convert MESH OUT.ply          positions and faces only
+//! measure refine MESH OUT.ply STEPS     √3 steps, noise, vertices and faces shuffled
+//! measure encode MESH.ply OUT.tct BITS  BITS is a number or "exact"
+//! measure decode FILE.tct
+//! ```
+//!
+//! A time is that of coding alone, without reading and writing files. `peak_bytes` is the process's
+//! memory at its fullest less what it had at its start, input and output included; 0 where the system
+//! does not tell.
+
+use std::error::Error;
+use std::fs;
+use std::path::Path;
+use std::time::Instant;
+use tercet::io::{self, Format};
+use tercet::{EncodeOptions, Limits, Mesh};
+
+type Result<T> = std::result::Result<T, Box<dyn Error>>;
+
+fn main() -> Result<()> {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    match words.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        ["convert", mesh, out] => write(&read(mesh)?, out),
+        ["refine", mesh, out, steps] => write(&refine(&read(mesh)?, steps.parse()?)?, out),
+        ["encode", mesh, out, bits] => encode(mesh, out, bits),
+        ["decode", file] => decode(file),
+        _ => Err("usage: see the head of examples/measure.rs".into()),
+    }
+}
+
+fn encode(mesh: &str, out: &str, bits: &str) -> Result<()> {
+    let before = peak_bytes();
+    let mesh = read(mesh)?;
+    let bits = if bits == "exact" { None } else { Some(bits.parse()?) };
+    let options = EncodeOptions { bits, ..EncodeOptions::default() };
+    let start = Instant::now();
+    let encoded = tercet::encode(&mesh, &options)?;
+    println!("seconds={}", start.elapsed().as_secs_f64());
+    println!("peak_bytes={}", peak_bytes().saturating_sub(before));
+    println!("bytes={}", encoded.bytes.len());
+    println!("connectivity_bytes={}", encoded.connectivity_bits.div_ceil(8));
+    println!("base_vertices={}", encoded.levels.first().map_or(0, |base| base.vertices));
+    Ok(fs::write(out, &encoded.bytes)?)
+}
+
+fn decode(file: &str) -> Result<()> {
+    let before = peak_bytes();
+    let bytes = fs::read(file)?;
+    let start = Instant::now();
+    let decoded = tercet::decode(&bytes, &Limits::default())?;
+    println!("seconds={}", start.elapsed().as_secs_f64());
+    println!("peak_bytes={}", peak_bytes().saturating_sub(before));
+    print_counts(&decoded.mesh);
+    Ok(())
+}
+
+/// Refines, then hides what would give the refinement away but the connectivity itself.
+fn refine(base: &Mesh, steps: u32) -> Result<Mesh> {
+    let fine = tercet::subdivide(base, steps)?;
+    let mut random = Random(1);
+    let noise = mean_edge(&fine) * 0.02;
+    let order = random.permutation(fine.positions.len());
+    let mut mesh = Mesh { positions: vec![[0.0; 3]; fine.positions.len()], faces: Vec::new() };
+    for (position, &to) in fine.positions.iter().zip(&order) {
+        mesh.positions[to] = position.map(|x| x + noise * random.signed());
+    }
+    for f in random.permutation(fine.faces.len()) {
+        mesh.faces.push(fine.faces[f].map(|v| order[v as usize] as u32));
+    }
+    Ok(mesh)
+}
+
+/// The mean length of the faces' first edges.
+fn mean_edge(mesh: &Mesh) -> f32 {
+    let length = |[a, b, _]: [u32; 3]| {
+        let (a, b) = (mesh.positions[a as usize], mesh.positions[b as usize]);
+        a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f32>().sqrt()
+    };
+    mesh.faces.iter().map(|&face| length(face)).sum::<f32>() / mesh.faces.len().max(1) as f32
+}
+
+/// The SplitMix64 generator (Steele, Lea and Flood 2014).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// Uniform in −1..1.
+    fn signed(&mut self) -> f32 {
+        (self.next() >> 40) as f32 / (1u64 << 23) as f32 - 1.0
+    }
+
+    fn permutation(&mut self, n: usize) -> Vec<usize> {
+        let mut order: Vec<usize> = (0..n).collect();
+        for i in (1..n).rev() {
+            order.swap(i, (self.next() % (i as u64 + 1)) as usize);
+        }
+        order
+    }
+}
+
+fn read(path: &str) -> Result<Mesh> {
+    let format = Format::from_path(Path::new(path)).ok_or("the suffix names no mesh format")?;
+    Ok(io::read(&fs::read(path)?, format, &Limits::default())?.mesh)
+}
+
+fn write(mesh: &Mesh, out: &str) -> Result<()> {
+    io::write(mesh, Format::Ply, &mut fs::File::create(out)?)?;
+    print_counts(mesh);
+    Ok(())
+}
+
+fn print_counts(mesh: &Mesh) {
+    println!("vertices={}\nfaces={}", mesh.positions.len(), mesh.faces.len());
+}
+
+/// The process's greatest memory so far ("VmHWM: 1234 kB").
+fn peak_bytes() -> u64 {
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    let kilobytes = line.and_then(|line| line.trim().strip_suffix(" kB")?.parse::<u64>().ok());
+    kilobytes.unwrap_or(0) * 1024
+}
