@@ -3,7 +3,7 @@
 use crate::coding::Levels;
 use crate::coding::supplement::{self, Supplements};
 use crate::container::{self, Header, LevelEntry, LevelKind, Outline, Part, Reader, Supplement, UpdateRule};
-use crate::entropy;
+use crate::entropy::{self, Coder};
 use crate::mesh::Mesh;
 use crate::subdivide::StepKind;
 use crate::{Error, Limits, Precision, Result, Update};
@@ -43,7 +43,7 @@ pub struct LevelInfo {
     /// Bytes from the file's start to the end of this level.
     pub bytes: u64,
     /// Root mean square distance of the original's vertices from this level's surface, as a
-    /// part of the bounding box's diagonal.
+    /// part of the bounding box's diagonal; taken over a sample, and rather too large than small.
     pub error: f32,
 }
 
@@ -102,6 +102,16 @@ pub struct Level {
     pub restored: bool,
 }
 
+/// How far decoding has come.
+struct Reached {
+    level: u32,
+    restored: bool,
+}
+
+/// Memory that decoding a level takes: its surface and models' notes, the next coarser surface,
+/// and the mesh that is handed out.
+const BYTES_PER_VERTEX: u64 = 250;
+
 /// A progressive decoder: bytes in, levels out.
 ///
 /// A file with sections that complete its finest level yields that level twice: as the surface
@@ -134,29 +144,31 @@ impl Decoder {
         self.reader.header().map(Info::new)
     }
 
-    /// The next level whose bytes have arrived, if any.
+    /// The next level whose bytes have arrived, if any, as a mesh.
     ///
     /// # Errors
     /// What is wrong with the bytes; levels returned before stand.
     pub fn next_level(&mut self) -> Result<Option<Level>> {
+        let Some(Reached { level, restored }) = self.advance()? else { return Ok(None) };
+        Ok(Some(Level { level, mesh: self.mesh(restored)?, restored }))
+    }
+
+    /// Decodes the next level whose bytes have arrived, without making a mesh of it.
+    fn advance(&mut self) -> Result<Option<Reached>> {
         while let Some((part, bytes)) = self.reader.next_section()? {
             let outline = self.outline()?;
             let finest = outline.levels.len() - 1;
             let restored = part == last_part(outline);
-            let level = match part {
+            match part {
                 Part::Level(level) => {
                     let entry = outline.levels[level];
                     self.level(entry, &bytes)?;
-                    level
+                    return Ok(Some(Reached { level: level as u32, restored }));
                 }
-                Part::Supplement(kind) => {
-                    self.keep(kind, bytes);
-                    finest
-                }
-            };
-            if restored || part == Part::Level(level) {
-                let mesh = if restored { self.restored()? } else { self.mesh()? };
-                return Ok(Some(Level { level: level as u32, mesh, restored }));
+                Part::Supplement(kind) => self.keep(kind, bytes),
+            }
+            if restored {
+                return Ok(Some(Reached { level: finest as u32, restored }));
             }
         }
         Ok(None)
@@ -170,21 +182,46 @@ impl Decoder {
         self.reader.finish()
     }
 
+    /// Decodes a level. After a failure the surface is of no use: the file ends there.
     fn level(&mut self, entry: LevelEntry, bytes: &[u8]) -> Result<()> {
         let mut coder = entropy::Decoder::new(bytes);
+        let done = self.refine(entry, &mut coder).and_then(|()| match coder.exhausted() {
+            true => Err(Error::format("level", "its bytes end before it is complete")),
+            false => self.check_counts(entry),
+        });
+        done.map_err(|error| self.reader.refuse(error))
+    }
+
+    fn refine(&mut self, entry: LevelEntry, coder: &mut entropy::Decoder) -> Result<()> {
+        let limits = *self.reader.limits();
+        limits.check("bytes of a level", entry.vertices.into(), BYTES_PER_VERTEX)?;
         let kind = match entry.kind {
             LevelKind::Base => {
-                self.levels.base(&mut coder, None)?;
-                self.levels.base_positions(&mut coder, Vec::new());
+                self.levels.base(coder, None, &limits)?;
+                // Its positions take time and memory: not for another surface than announced.
+                self.check_counts(entry)?;
+                self.levels.base_positions(coder, Vec::new());
                 return Ok(());
             }
             LevelKind::Adaptive => StepKind::Adaptive,
             LevelKind::Sqrt3Even => StepKind::Sqrt3Even,
             LevelKind::Sqrt3Odd => StepKind::Sqrt3Odd,
         };
-        let step =
-            self.levels.connectivity(&mut coder, kind, Vec::new(), Vec::new(), entry.vertices as u64)?;
-        self.levels.positions(&mut coder, step, &[], rule(&entry));
+        let step = self.levels.connectivity(coder, kind, Vec::new(), Vec::new(), entry.vertices as u64)?;
+        self.levels.positions(coder, step, &[], rule(&entry));
+        Ok(())
+    }
+
+    /// Fails unless the surface has the real vertices and faces that its entry announces.
+    fn check_counts(&self, entry: LevelEntry) -> Result<()> {
+        let surface = &self.levels.surface;
+        let faces = (0..surface.faces()).filter(|&f| !surface.is_virtual_face(f)).count();
+        let found = [(surface.vertices - surface.virtuals) as usize, faces];
+        if found != [entry.vertices, entry.faces].map(|n| n as usize) {
+            let [vertices, faces] = found;
+            let cause = format!("{vertices} vertices and {faces} faces, not as many as announced");
+            return Err(Error::format("level", cause));
+        }
         Ok(())
     }
 
@@ -199,14 +236,12 @@ impl Decoder {
         *place = Some(bytes);
     }
 
-    /// The mesh of the current level.
-    fn mesh(&self) -> Result<Mesh> {
-        Ok(supplement::surface_mesh(&self.levels, &self.outline()?.precision))
-    }
-
-    /// The original.
-    fn restored(&self) -> Result<Mesh> {
+    /// The mesh of the current level or, once everything has arrived, the original.
+    fn mesh(&self, restored: bool) -> Result<Mesh> {
         let outline = self.outline()?;
+        if !restored {
+            return Ok(supplement::surface_mesh(&self.levels, &outline.precision));
+        }
         let counts = [outline.vertices, outline.faces];
         supplement::read(&self.levels, &outline.precision, counts, &self.supplements, &self.limits)
     }
@@ -230,10 +265,10 @@ fn last_part(outline: &Outline) -> Part {
 pub fn decode(bytes: &[u8], limits: &Limits) -> Result<Mesh> {
     let mut decoder = Decoder::new(*limits);
     decoder.push(bytes);
-    let mut last = None;
-    while let Some(level) = decoder.next_level()? {
-        last = Some(level.mesh);
+    let mut restored = false;
+    while let Some(reached) = decoder.advance()? {
+        restored = reached.restored;
     }
     decoder.finish()?;
-    last.ok_or_else(|| Error::format("file", "no level"))
+    decoder.mesh(restored)
 }

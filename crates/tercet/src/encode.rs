@@ -6,8 +6,9 @@ use crate::container::{self, LevelEntry, LevelKind, Outline, Supplement, UpdateR
 use crate::decode::Info;
 use crate::entropy::Encoder;
 use crate::mesh::{Cut, Lattice, Mesh, box_lattice, cut, detect_grid, next, prev, refined_grid};
+use crate::metrics::LevelErrors;
 use crate::reverse::{Hierarchy, Reduction, StepKind, lift};
-use crate::{Error, Precision, Result, Update};
+use crate::{Error, Limits, Precision, Result, Update};
 
 /// What to keep, and how.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -75,10 +76,12 @@ pub fn encode_with(
     let mut positions: Vec<Point> = vec![[0; 3]; virtuals];
     positions.extend(vertex_source.iter().map(|&v| lattice.quantise(mesh.positions[v as usize])));
     let total = vertex_source.len() as u64;
-    let hierarchy = Hierarchy::build(surface, positions, options.update, |left| {
-        progress(Progress { stage: "reducing", done: total - left as u64, total });
+    let mut errors = LevelErrors::new(mesh, &surface, &vertex_source, &lattice);
+    let hierarchy = Hierarchy::build(surface, positions, options.update, |reached| {
+        progress(Progress { stage: "reducing", done: total - reached.left() as u64, total });
+        errors.measure(reached);
     });
-    let mut writer = Writer::new(&hierarchy, options.update);
+    let mut writer = Writer::new(&hierarchy, options.update, errors.finish());
     writer.base()?;
     for level in (0..hierarchy.steps.len()).rev() {
         progress(Progress { stage: "coding", done: writer.real_vertices(), total });
@@ -119,6 +122,8 @@ fn listed(sections: Supplements) -> (Vec<Supplement>, Vec<Vec<u8>>) {
 struct Writer<'a> {
     hierarchy: &'a Hierarchy,
     rule: Update,
+    /// Geometric errors of the levels, finest first.
+    errors: Vec<f32>,
     levels: Levels,
     /// For each face of the decoder's surface, the corner of the hierarchy's that is its corner 0.
     map: Vec<u32>,
@@ -129,10 +134,11 @@ struct Writer<'a> {
 }
 
 impl<'a> Writer<'a> {
-    fn new(hierarchy: &'a Hierarchy, rule: Update) -> Self {
+    fn new(hierarchy: &'a Hierarchy, rule: Update, errors: Vec<f32>) -> Self {
         Writer {
             hierarchy,
             rule,
+            errors,
             levels: Levels::new(),
             map: Vec::new(),
             entries: Vec::new(),
@@ -150,7 +156,7 @@ impl<'a> Writer<'a> {
         let last = self.hierarchy.steps.len();
         let known = self.hierarchy.surface(last);
         let mut coder = Encoder::new();
-        self.map = self.levels.base(&mut coder, Some(known))?;
+        self.map = self.levels.base(&mut coder, Some(known), &Limits { max_memory: u64::MAX })?;
         self.connectivity_bits += coder.bits();
         let positions = self.positions_from(last, 0);
         self.levels.base_positions(&mut coder, positions);
@@ -228,7 +234,7 @@ impl<'a> Writer<'a> {
             },
             vertices: surface.vertices - surface.virtuals,
             faces: surface.faces() - virtual_faces,
-            error: 0.0,
+            error: container::round_error_up(self.errors[self.hierarchy.steps.len() - self.entries.len()]),
         });
         self.payloads.push(coder.finish());
     }

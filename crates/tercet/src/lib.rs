@@ -9,6 +9,7 @@ mod error;
 pub mod io;
 mod limits;
 mod mesh;
+mod metrics;
 mod reverse;
 pub mod shapes;
 mod subdivide;

@@ -9,8 +9,10 @@ use super::split::SplitModels;
 use super::vector::{COORDINATE_LIMIT, Point, Vector};
 use crate::entropy::Coder;
 use crate::mesh::{NONE, Surface};
-use crate::subdivide::{Refined, StepKind, Update, predict_sqrt3, refine, refine_sqrt3, unlift_positions};
-use crate::{Error, Result};
+use crate::subdivide::{
+    Refined, StepKind, Update, odd_applies, predict_sqrt3, refine, refine_sqrt3, unlift_positions,
+};
+use crate::{Error, Limits, Result};
 
 /// All models and the surface they have reached; the same in encoder and decoder.
 pub(crate) struct Levels {
@@ -45,8 +47,18 @@ impl Levels {
 
     /// Codes the base's connectivity; `known` is it when encoding. Returns its `origin`: see
     /// [`Base`](super::base::Base).
-    pub fn base<C: Coder>(&mut self, coder: &mut C, known: Option<&Surface>) -> Result<Vec<u32>> {
+    ///
+    /// # Errors
+    /// When decoding: if the base is not a closed surface, or larger than `limits` allow.
+    pub fn base<C: Coder>(
+        &mut self,
+        coder: &mut C,
+        known: Option<&Surface>,
+        limits: &Limits,
+    ) -> Result<Vec<u32>> {
         let faces = number(coder, known.map_or(0, Surface::faces));
+        limits.check("bytes of the base", faces.into(), BYTES_PER_BASE_FACE)?;
+        check_faces(faces.into())?;
         let base = code_base(coder, known, faces)?;
         self.surface = base.surface;
         Ok(base.origin)
@@ -99,11 +111,17 @@ impl Levels {
     ) -> Result<Step> {
         let surface = &self.surface;
         let announced = |found: u64| {
-            if found + (surface.vertices - surface.virtuals) as u64 == vertices {
-                return Ok(());
+            let found_vertices = found + (surface.vertices - surface.virtuals) as u64;
+            if found_vertices != vertices {
+                let cause = format!("{found_vertices} vertices, not as many as announced");
+                return Err(Error::format("level", cause));
             }
-            Err(Error::format("level", "its vertices are not as many as announced"))
+            // A closed surface gains two faces with each vertex.
+            check_faces(surface.faces() as u64 + 2 * found)
         };
+        if kind == StepKind::Sqrt3Odd && !odd_applies(surface) {
+            return Err(Error::format("level", "a √3 step that does not apply to the boundary"));
+        }
         if kind != StepKind::Adaptive {
             let estimates = predict_sqrt3(surface, kind, &self.positions);
             announced(estimates.len() as u64)?;
@@ -148,6 +166,17 @@ impl Levels {
             self.positions.iter_mut().flatten().for_each(|x| *x = (*x).clamp(-limit, limit));
         }
     }
+}
+
+/// Memory that the region of a base takes while it grows.
+const BYTES_PER_BASE_FACE: u64 = 100;
+
+/// Fails if corners could not be numbered.
+fn check_faces(faces: u64) -> Result<()> {
+    if 3 * faces >= NONE.into() {
+        return Err(Error::format("level", format!("{faces} faces are more than can be numbered")));
+    }
+    Ok(())
 }
 
 /// One corner of each vertex from `first` on.

@@ -57,6 +57,20 @@ impl Reader {
         self.header.as_ref()
     }
 
+    /// How much decoding may ask for.
+    pub(crate) fn limits(&self) -> &Limits {
+        &self.limits
+    }
+
+    /// Ends the file at a section whose bytes arrived unharmed but do not mean anything: from now
+    /// on `failure` is what it has to tell. Returns the same error.
+    pub(crate) fn refuse(&mut self, failure: Error) -> Error {
+        self.ready.clear();
+        let same = repeated(&failure);
+        self.failure = Some(failure);
+        same
+    }
+
     /// The next section whose bytes are all there, or `None` if it needs more bytes or
     /// there are no more sections. Optional sections are verified and passed over.
     ///

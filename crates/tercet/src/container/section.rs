@@ -48,7 +48,7 @@ pub(crate) struct LevelEntry {
     pub(crate) vertices: u32,
     /// Faces of the surface decoded at this level.
     pub(crate) faces: u32,
-    /// Distance to the original in units of the positions; finite, not negative.
+    /// Distance to the original as a part of its bounding box's diagonal; finite, not negative.
     /// In a file it is rounded up to 8 significant bits, see [`round_error_up`].
     pub(crate) error: f32,
 }

@@ -31,6 +31,9 @@ pub(crate) trait Coder {
     }
 }
 
+/// No encoder leaves out more zero bytes than this, and no decoder has to supply more.
+const SUPPLIED: usize = 16;
+
 /// The interval is renormalised by whole words when it falls below this.
 const LOW_RANGE: u64 = 1 << 32;
 
@@ -51,7 +54,7 @@ impl Encoder {
         8 * self.out.len() as u64 + self.range.leading_zeros() as u64
     }
 
-    /// The bytes written, without the trailing zero bytes that a decoder supplies itself.
+    /// The bytes written, without up to [`SUPPLIED`] trailing zero bytes: a decoder adds them.
     pub fn finish(mut self) -> Vec<u8> {
         // The shortest number in [low, low + range): the fewer low bits it needs the better.
         for kept in 0..=8 {
@@ -66,8 +69,10 @@ impl Encoder {
                 break;
             }
         }
-        while self.out.last() == Some(&0) {
-            self.out.pop();
+        for _ in 0..SUPPLIED {
+            if self.out.last() == Some(&0) {
+                self.out.pop();
+            }
         }
         self.out
     }
@@ -188,7 +193,7 @@ impl Coder for Decoder<'_> {
     }
 
     fn exhausted(&self) -> bool {
-        self.at > self.bytes.len() + 16
+        self.at > self.bytes.len() + SUPPLIED
     }
 }
 
@@ -240,6 +245,22 @@ mod tests {
                 prop_assert!(decoder.raw(0, bits) < 1 << bits);
             }
         }
+    }
+
+    #[test]
+    fn a_long_tail_of_zeros_is_not_taken_for_damage() {
+        let mut encoder = Encoder::new();
+        for _ in 0..100 {
+            encoder.raw(0, 16);
+        }
+        let bytes = encoder.finish();
+        let mut decoder = Decoder::new(&bytes);
+        for _ in 0..100 {
+            assert_eq!(decoder.raw(0, 16), 0);
+        }
+        assert!(!decoder.exhausted());
+        (0..100).for_each(|_| assert_eq!(decoder.raw(0, 16), 0));
+        assert!(decoder.exhausted());
     }
 
     #[test]

@@ -168,7 +168,7 @@ fn lowest_bit(v: f32) -> Option<i32> {
 }
 
 /// The least and greatest coordinate on each axis; zeros for a mesh without vertices.
-fn bounds(mesh: &Mesh) -> ([f32; 3], [f32; 3]) {
+pub(crate) fn bounds(mesh: &Mesh) -> ([f32; 3], [f32; 3]) {
     let Some(&first) = mesh.positions.first() else {
         return ([0.0; 3], [0.0; 3]);
     };

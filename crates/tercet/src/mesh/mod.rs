@@ -9,7 +9,7 @@ mod lattice;
 mod surface;
 
 pub(crate) use cut::{Cut, cut};
-pub(crate) use lattice::{Lattice, box_lattice, detect_grid, refined_grid};
+pub(crate) use lattice::{Lattice, bounds, box_lattice, detect_grid, refined_grid};
 pub(crate) use surface::{NONE, Surface, next, prev};
 
 use crate::{Error, Result};

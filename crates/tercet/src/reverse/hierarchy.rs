@@ -25,20 +25,21 @@ pub(crate) struct Hierarchy {
 
 impl Hierarchy {
     /// Reduces `surface` as far as it pays. A level is a √3 step wherever the surface divides.
-    /// `progress` is told the vertices that are left. Time O(n).
+    /// `reached` is shown the hierarchy at every level; the last of its positions are then those
+    /// that the level decodes to, under an update too. Time O(n).
     pub fn build(
         surface: Surface,
         positions: Vec<[i32; 3]>,
         rule: Update,
-        mut progress: impl FnMut(u32),
+        mut reached: impl FnMut(&Hierarchy),
     ) -> Hierarchy {
         let all = surface.vertices - surface.virtuals;
         let mut hierarchy = Hierarchy { finest: surface, steps: Vec::new(), positions: vec![positions] };
         loop {
+            reached(&hierarchy);
             let level = hierarchy.steps.len();
             let fine = hierarchy.surface(level);
             let real = fine.vertices - fine.virtuals;
-            progress(real);
             if real < SMALLEST {
                 break;
             }
@@ -65,6 +66,12 @@ impl Hierarchy {
             hierarchy.steps.push(step);
         }
         hierarchy
+    }
+
+    /// Real vertices of the coarsest surface so far.
+    pub fn left(&self) -> u32 {
+        let coarsest = self.surface(self.steps.len());
+        coarsest.vertices - coarsest.virtuals
     }
 
     /// The surface after `level` reverse steps.
