@@ -12,10 +12,10 @@ use tercet::io::Format;
 #[command(name = "tercet", version, arg_required_else_help = true)]
 pub struct Args {
     /// Print errors and what was asked for; no tables, warnings or progress.
-    #[arg(short, long, global = true)]
+    #[arg(short, long, global = true, display_order = 100)]
     pub quiet: bool,
     /// Memory that an input may ask for, in bytes or with K, M, G or T.
-    #[arg(long, global = true, value_name = "SIZE", default_value = "4G", value_parser = size)]
+    #[arg(long, global = true, display_order = 100, value_name = "SIZE", default_value = "4G", value_parser = size)]
     pub max_memory: u64,
     #[command(subcommand)]
     pub command: Command,
