@@ -1,0 +1,215 @@
+//! The command line's grammar.
+
+use std::path::PathBuf;
+
+use clap::{Parser, Subcommand, ValueEnum};
+use tercet::io::Format;
+
+/// Progressive, lossless compression of triangle meshes.
+///
+/// Exit status: 0 good, 1 failed, 2 wrong usage, 3 partial (the input ended early).
+#[derive(Debug, Parser)]
+#[command(name = "tercet", version, arg_required_else_help = true)]
+pub struct Args {
+    /// Print errors and what was asked for; no tables, warnings or progress.
+    #[arg(short, long, global = true, display_order = 100)]
+    pub quiet: bool,
+    /// Memory that an input may ask for, in bytes or with K, M, G or T.
+    #[arg(long, global = true, display_order = 100, value_name = "SIZE", default_value = "4G", value_parser = size)]
+    pub max_memory: u64,
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Encode a mesh as a progressive file and print its levels.
+    Encode(Encode),
+    /// Decode a file, or one of its levels, to a mesh.
+    Decode(Decode),
+    /// Say what a file holds.
+    Info(Info),
+    /// Check that a file restores a mesh.
+    Verify(Verify),
+    /// Refine a mesh by subdivision.
+    Subdivide(Subdivide),
+    /// Show the levels of a mesh, cut the file off, decode and verify.
+    Demo(Demo),
+}
+
+#[derive(Debug, clap::Args)]
+pub struct Encode {
+    /// An OBJ, PLY, STL or OFF file; - for standard input.
+    pub mesh: PathBuf,
+    /// The file to write; - for standard output [default: MESH with the suffix .tct].
+    #[arg(short, long, value_name = "OUT.tct")]
+    pub output: Option<PathBuf>,
+    /// Round positions to a cubic lattice of 2^N points along the longest side [default: keep
+    /// every bit of every coordinate].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(4..=24))]
+    pub bits: Option<u8>,
+    /// Restore the order of vertices and faces too.
+    #[arg(long)]
+    pub keep_order: bool,
+    /// How vertices of √3 levels make up for the ones removed.
+    #[arg(long, value_name = "RULE", default_value = "none")]
+    pub update: UpdateRule,
+    /// The format of MESH [default: by its suffix].
+    #[arg(long, value_parser = format)]
+    pub format: Option<Format>,
+}
+
+#[derive(Debug, clap::Args)]
+pub struct Decode {
+    /// A .tct file; - for standard input.
+    #[arg(value_name = "FILE.tct")]
+    pub file: PathBuf,
+    /// The mesh to write; - for standard output [default: FILE with the suffix .ply].
+    #[arg(short, long, value_name = "MESH")]
+    pub output: Option<PathBuf>,
+    #[command(flatten)]
+    pub goal: Goal,
+    /// The format of MESH [default: by its suffix].
+    #[arg(long, value_parser = format)]
+    pub format: Option<Format>,
+}
+
+/// How much of a file is wanted; by default all of it.
+#[derive(Debug, Default, clap::Args)]
+#[group(multiple = false)]
+pub struct Goal {
+    /// Decode this level; 0 is the base mesh.
+    #[arg(long, value_name = "K")]
+    pub level: Option<u32>,
+    /// Decode the best level in the first N bytes.
+    #[arg(long, value_name = "N")]
+    pub bytes: Option<u64>,
+    /// Decode the coarsest level with at most this error, as a part of the bounding box's diagonal.
+    #[arg(long, value_name = "E", value_parser = error)]
+    pub max_error: Option<f32>,
+}
+
+#[derive(Debug, clap::Args)]
+pub struct Info {
+    /// A .tct file; - for standard input.
+    #[arg(value_name = "FILE.tct")]
+    pub file: PathBuf,
+    /// Print JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, clap::Args)]
+pub struct Verify {
+    /// The original mesh; - for standard input.
+    pub mesh: PathBuf,
+    /// The file that should restore it; - for standard input.
+    #[arg(value_name = "FILE.tct")]
+    pub file: PathBuf,
+    /// The format of MESH [default: by its suffix].
+    #[arg(long, value_parser = format)]
+    pub format: Option<Format>,
+}
+
+#[derive(Debug, clap::Args)]
+pub struct Subdivide {
+    /// An OBJ, PLY, STL or OFF file; - for standard input.
+    pub mesh: PathBuf,
+    /// The mesh to write; - for standard output.
+    #[arg(short, long, value_name = "OUT")]
+    pub output: PathBuf,
+    /// The subdivision scheme.
+    #[arg(long)]
+    pub scheme: Scheme,
+    /// How many steps.
+    #[arg(long, value_name = "N")]
+    pub steps: u32,
+    /// The format of MESH [default: by its suffix].
+    #[arg(long, value_parser = format)]
+    pub format: Option<Format>,
+    /// The format of OUT [default: by its suffix].
+    #[arg(long, value_name = "FORMAT", value_parser = format)]
+    pub output_format: Option<Format>,
+}
+
+#[derive(Debug, clap::Args)]
+pub struct Demo {
+    /// A mesh file [default: a generated one, like a scan].
+    pub mesh: Option<PathBuf>,
+    /// The format of MESH [default: by its suffix].
+    #[arg(long, value_parser = format)]
+    pub format: Option<Format>,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum UpdateRule {
+    /// Not at all: the fewest bits.
+    None,
+    /// By a third of the transposed prediction: better coarse levels.
+    Third,
+    /// By the whole transposed prediction, as published: for comparison.
+    Paper,
+}
+
+impl From<UpdateRule> for tercet::Update {
+    fn from(rule: UpdateRule) -> Self {
+        match rule {
+            UpdateRule::None => tercet::Update::None,
+            UpdateRule::Third => tercet::Update::Third,
+            UpdateRule::Paper => tercet::Update::Paper,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum Scheme {
+    /// Interpolatory √3 subdivision: three times the faces a step.
+    Sqrt3,
+}
+
+fn format(name: &str) -> Result<Format, String> {
+    Format::from_name(name).ok_or_else(|| "formats are obj, ply, stl and off".into())
+}
+
+fn error(text: &str) -> Result<f32, String> {
+    match text.parse() {
+        Ok(error) if error >= 0.0 => Ok(error),
+        _ => Err("an error is a number that is not negative".into()),
+    }
+}
+
+/// A number of bytes: digits and optionally one of K, M, G, T, each 1024 times the one before.
+fn size(text: &str) -> Result<u64, String> {
+    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    let factor = match text[digits.len()..].to_ascii_uppercase().as_str() {
+        "" => 1,
+        "K" => 1 << 10,
+        "M" => 1 << 20,
+        "G" => 1 << 30,
+        "T" => 1 << 40,
+        _ => return Err("sizes end in a digit, K, M, G or T".into()),
+    };
+    let number: u64 = digits.parse().map_err(|error| format!("{error}"))?;
+    number.checked_mul(factor).ok_or_else(|| "too large".into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_grammar_is_consistent() {
+        Args::command().debug_assert();
+    }
+
+    #[test]
+    fn sizes_take_suffixes_and_nothing_else() {
+        assert_eq!(size("0"), Ok(0));
+        assert_eq!(size("4G"), Ok(4 << 30));
+        assert_eq!(size("512m"), Ok(512 << 20));
+        for bad in ["", "G", "-1", "4GB", "1.5G", "99999999999G", "4 G"] {
+            assert!(size(bad).is_err(), "{bad}");
+        }
+    }
+}

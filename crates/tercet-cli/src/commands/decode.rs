@@ -1,0 +1,94 @@
+//! `tercet decode`.
+
+use std::path::PathBuf;
+
+use anyhow::{Result, bail};
+use tercet::{Info, Level, Limits};
+
+use crate::args::Goal;
+use crate::console::Console;
+use crate::feed::Feed;
+use crate::{Outcome, args, files, report};
+
+pub fn decode(args: &args::Decode, limits: &Limits, console: &Console) -> Result<Outcome> {
+    let output = output(args)?;
+    let format = files::format(&output, args.format)?;
+    let name = files::name(&args.file);
+    let mut feed = Feed::open(&args.file, args.goal.bytes, limits)?;
+    let info = feed.info()?;
+    let finest = info.levels.len().saturating_sub(1) as u32;
+    if let Some(level) = args.goal.level.filter(|&level| level > finest) {
+        bail!("{name}: there is no level {level}: the finest is {finest}");
+    }
+
+    let mut meter = console.meter();
+    let mut best: Option<Level> = None;
+    while !best.as_ref().is_some_and(|level| is_enough(level, &info, &args.goal)) {
+        let Some(level) = next_level(&mut feed, best.as_ref())? else { break };
+        meter.show("decoding", feed.bytes, info.bytes);
+        best = Some(level);
+    }
+    drop(meter);
+    let Some(best) = best else {
+        feed.finish()?;
+        bail!("{name}: there is no level in it");
+    };
+
+    files::write_mesh(&best.mesh, &output, format, console)?;
+    let reached = describe(&best, &info);
+    if is_enough(&best, &info, &args.goal) || args.goal.bytes == Some(feed.bytes) {
+        console.report(&format!("{}: {reached}", output.display()), &output)?;
+        return Ok(Outcome::Good);
+    }
+    let cut = format!("truncated after {} of {} bytes", feed.bytes, info.bytes);
+    console.warn(&name, &format!("{cut}; decoded {reached}"));
+    Ok(Outcome::Partial)
+}
+
+/// The mesh to write. A name that was not given must not cost a file that exists: a mesh's own
+/// name is the likeliest.
+fn output(args: &args::Decode) -> Result<PathBuf> {
+    if let Some(output) = &args.output {
+        return Ok(output.clone());
+    }
+    let suffix = args.format.map_or("ply", |format| format.name());
+    let output = files::with_suffix(&args.file, suffix);
+    if !files::is_standard(&output) && output.exists() {
+        bail!("{}: exists already: name the mesh to write with -o", output.display());
+    }
+    Ok(output)
+}
+
+/// The next level; an error says which levels are sound nevertheless.
+fn next_level(feed: &mut Feed, best: Option<&Level>) -> Result<Option<Level>> {
+    feed.next_level().map_err(|error| match best {
+        Some(level) => anyhow::anyhow!("{error:#} (--level {} is sound)", level.level),
+        None => error,
+    })
+}
+
+/// Whether nothing better than `level` is wanted.
+fn is_enough(level: &Level, info: &Info, goal: &Goal) -> bool {
+    let is_finest = level.level as usize + 1 == info.levels.len();
+    // The finest level counts once the sections that restore the original are in.
+    level.restored
+        || !is_finest
+            && (goal.level == Some(level.level)
+                || goal.max_error.is_some_and(|most| info.levels[level.level as usize].error <= most))
+}
+
+/// "level 3 of 0 to 7, 512 vertices, 1020 faces, error 0.5 %".
+pub fn describe(level: &Level, info: &Info) -> String {
+    let (vertices, faces) = (level.mesh.positions.len(), level.mesh.faces.len());
+    let finest = info.levels.len().saturating_sub(1);
+    let which = if level.restored {
+        "the whole mesh".into()
+    } else {
+        format!("level {} of 0 to {finest}", level.level)
+    };
+    let error = match info.levels.get(level.level as usize) {
+        Some(level_info) if !level.restored => format!(", error {}", report::error(level_info.error)),
+        _ => String::new(),
+    };
+    format!("{which}, {vertices} vertices, {faces} faces{error}")
+}

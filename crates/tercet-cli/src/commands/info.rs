@@ -1,0 +1,77 @@
+//! `tercet info`.
+
+use anyhow::Result;
+use serde_json::{Value, json};
+use tercet::{Info, Limits, Precision};
+
+use crate::console::Console;
+use crate::feed::Feed;
+use crate::{Outcome, args, files, report};
+
+pub fn info(args: &args::Info, limits: &Limits, console: &Console) -> Result<Outcome> {
+    let info = Feed::open(&args.file, None, limits)?.info()?;
+    if let Some(present) = size(args).filter(|&present| present < info.bytes) {
+        let cut = format!("truncated after {present} of {} bytes", info.bytes);
+        console.warn(&files::name(&args.file), &cut);
+    }
+    console.answer(&if args.json { format!("{:#}", as_json(&info)) } else { as_text(&info) })?;
+    Ok(Outcome::Good)
+}
+
+/// The file's size, where it has one.
+fn size(args: &args::Info) -> Option<u64> {
+    let metadata = std::fs::metadata(&args.file).ok()?;
+    (!files::is_standard(&args.file) && metadata.is_file()).then(|| metadata.len())
+}
+
+fn as_text(info: &Info) -> String {
+    format!(
+        "version    {}\nprecision  {}\norder      {}\nvertices   {}\nfaces      {}\n{}",
+        info.version,
+        report::precision(&info.precision),
+        report::order(info),
+        info.vertices,
+        info.faces,
+        report::levels(info),
+    )
+}
+
+fn as_json(info: &Info) -> Value {
+    let level = |level: &tercet::LevelInfo| {
+        json!({
+            "level": level.level,
+            "kind": level.kind,
+            "update": report::update(level.update).unwrap_or("none"),
+            "vertices": level.vertices,
+            "faces": level.faces,
+            "bytes": level.bytes,
+            "error": level.error,
+        })
+    };
+    json!({
+        "version": info.version,
+        "precision": precision(&info.precision),
+        "order_kept": info.order_kept,
+        "vertices": info.vertices,
+        "faces": info.faces,
+        "bytes": info.bytes,
+        "levels": info.levels.iter().map(level).collect::<Vec<_>>(),
+    })
+}
+
+fn precision(precision: &Precision) -> Value {
+    match precision {
+        Precision::Lattice { bits, origin, side } => {
+            json!({ "kind": "lattice", "exact": false, "bits": bits, "origin": origin, "side": side })
+        }
+        Precision::Decimal { exponent, origin } => {
+            json!({ "kind": "decimal", "exact": true, "exponent": exponent, "origin": origin })
+        }
+        Precision::Binary { exponent, origin } => {
+            json!({ "kind": "binary", "exact": true, "exponent": exponent, "origin": origin })
+        }
+        Precision::Refined { exponent, origin } => {
+            json!({ "kind": "refined", "exact": true, "exponent": exponent, "origin": origin })
+        }
+    }
+}

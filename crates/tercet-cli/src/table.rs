@@ -1,0 +1,57 @@
+//! Text in columns.
+
+/// Rows of cells under a line of heads; numbers to the right, words to the left.
+pub struct Table {
+    rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    pub fn new<const N: usize>(heads: [&str; N]) -> Self {
+        Table { rows: vec![heads.map(String::from).to_vec()] }
+    }
+
+    pub fn row<const N: usize>(&mut self, cells: [String; N]) {
+        self.rows.push(cells.to_vec());
+    }
+
+    /// The lines, without a line break after the last.
+    pub fn lines(&self) -> String {
+        let columns = self.rows[0].len();
+        let widths: Vec<usize> = (0..columns)
+            .map(|i| self.rows.iter().filter_map(|row| row.get(i)).map(|cell| cell.chars().count()).max())
+            .map(Option::unwrap_or_default)
+            .collect();
+        // A column of words is one whose cells do not begin like numbers.
+        let words = |i: usize| {
+            let cells = self.rows[1..].iter().filter_map(|row| row.get(i)).filter(|cell| !cell.is_empty());
+            cells.clone().count() > 0 && cells.into_iter().all(|cell| cell.starts_with(char::is_alphabetic))
+        };
+        let aligned = |row: &Vec<String>| {
+            let cells = row.iter().zip(&widths).enumerate().map(|(i, (cell, &width))| {
+                if words(i) { format!("{cell:<width$}") } else { format!("{cell:>width$}") }
+            });
+            cells.collect::<Vec<_>>().join("  ").trim_end().to_string()
+        };
+        self.rows.iter().map(aligned).collect::<Vec<_>>().join("\n")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_stand_left_and_numbers_right() {
+        let mut table = Table::new(["level", "kind", "bytes"]);
+        table.row(["0".into(), "base".into(), "7".into()]);
+        table.row(["10".into(), "adaptive".into(), "1234567".into()]);
+        table.row([String::new(), String::new(), "9".into()]);
+        let lines = [
+            "level  kind        bytes",
+            "    0  base            7",
+            "   10  adaptive  1234567",
+            "                       9",
+        ];
+        assert_eq!(table.lines(), lines.join("\n"));
+    }
+}
