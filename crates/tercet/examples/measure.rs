@@ -42,7 +42,7 @@ fn encode(mesh: &str, out: &str, bits: &str) -> Result<()> {
     println!("peak_bytes={}", peak_bytes().saturating_sub(before));
     println!("bytes={}", encoded.bytes.len());
     println!("connectivity_bytes={}", encoded.connectivity_bits.div_ceil(8));
-    println!("base_vertices={}", encoded.levels.first().map_or(0, |base| base.vertices));
+    println!("base_vertices={}", encoded.info.levels.first().map_or(0, |base| base.vertices));
     Ok(fs::write(out, &encoded.bytes)?)
 }
 
@@ -53,13 +53,13 @@ fn decode(file: &str) -> Result<()> {
     let decoded = tercet::decode(&bytes, &Limits::default())?;
     println!("seconds={}", start.elapsed().as_secs_f64());
     println!("peak_bytes={}", peak_bytes().saturating_sub(before));
-    print_counts(&decoded.mesh);
+    print_counts(&decoded);
     Ok(())
 }
 
 /// Refines, then hides what would give the refinement away but the connectivity itself.
 fn refine(base: &Mesh, steps: u32) -> Result<Mesh> {
-    let fine = tercet::subdivide(base, steps)?;
+    let fine = tercet::subdivide(base, steps, &Limits::default())?;
     let mut random = Random(1);
     let noise = mean_edge(&fine) * 0.02;
     let order = random.permutation(fine.positions.len());

@@ -21,4 +21,4 @@ pub use encode::{EncodeOptions, Encoded, Progress, encode, encode_with};
 pub use error::{Error, Result};
 pub use limits::Limits;
 pub use mesh::Mesh;
-pub use subdivide::Update;
+pub use subdivide::{Update, subdivide};

@@ -312,4 +312,3 @@ pub(super) fn bin(x: u64, per_octave: i32, offset: i32, bins: usize) -> usize {
     let log = log2_fixed(x, 3) * per_octave / 8;
     (log + offset * per_octave).clamp(0, bins as i32 - 1) as usize
 }
-

@@ -168,7 +168,8 @@ impl<'a> Neighbourhood<'a> {
             Some(e) => {
                 let [of_base, of_estimate, of_error] = SHARES[class];
                 [0, 1, 2].map(|k| {
-                    let sum = of_base * (base[k] - mean[k]) + of_estimate * (e[k] - mean[k]) + of_error * error[k];
+                    let sum =
+                        of_base * (base[k] - mean[k]) + of_estimate * (e[k] - mean[k]) + of_error * error[k];
                     mean[k] + (sum >> 6)
                 })
             }

@@ -100,7 +100,7 @@ mod tests {
     #[test]
     fn a_cell_follows_the_mean_and_a_scale_standardises() {
         let mut cell = ScaleCell::default();
-        assert_eq!(cell.mean(700) / 10, 69);
+        assert_eq!(cell.mean(700), 700);
         (0..1000).for_each(|i| cell.learn(1000 + i % 2));
         assert!((cell.mean(1) as i64 - 1000).abs() < 30);
         for mean in [1u64, 100, 256, 3000, 1 << 20, 1 << 35] {

@@ -5,6 +5,7 @@
 //! is yes this is the interpolatory √3 step (Kobbelt, "√3-subdivision", 2000; Labsik and
 //! Greiner, "Interpolatory √3-subdivision", 2000).
 
+mod forward;
 mod lifting;
 mod predict;
 mod refine;
@@ -15,6 +16,7 @@ mod weights;
 #[cfg(test)]
 pub(crate) mod shapes;
 
+pub use forward::subdivide;
 pub use lifting::Update;
 pub(crate) use lifting::{lift_positions, unlift_positions, update};
 pub(crate) use predict::{FRACTION_BITS, predict_sqrt3, subdivide_surface};
