@@ -108,8 +108,9 @@ impl Places {
             }
             let bit = wanted >> k & 1 == 1;
             let bit = if node >> LEARNT == 0 {
-                let tree = (size as usize) << LEARNT | node;
-                let bit = self.0.code(coder, bit, size as usize, [tree, (axis * SIZES) << LEARNT | tree]);
+                let size = size as usize;
+                let contexts = [size, axis * SIZES + size].map(|c| c << LEARNT | node);
+                let bit = self.0.code(coder, bit, size, contexts);
                 node = node << 1 | bit as usize;
                 bit
             } else {
