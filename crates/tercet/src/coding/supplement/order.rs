@@ -34,13 +34,13 @@ pub(super) fn code<C: Coder>(
     for face in &mut faces {
         *face = canonical(face.map(|v| number[v as usize])).0;
     }
-    faces.sort_unstable_by_key(|&face| key(face));
+    faces.sort_unstable();
     let mut order = Vec::new();
     let mut rotations = Vec::new();
     if let Some(original) = original {
         let rotated: Vec<_> = original.faces.iter().map(|&face| canonical(face)).collect();
         let mut sorted: Vec<u32> = (0..rotated.len() as u32).collect();
-        sorted.sort_unstable_by_key(|&f| (key(rotated[f as usize].0), f));
+        sorted.sort_unstable_by_key(|&f| (rotated[f as usize].0, f));
         order = inverse(&sorted);
         rotations = rotated.iter().map(|r| r.1).collect();
     }
@@ -49,16 +49,9 @@ pub(super) fn code<C: Coder>(
     Ok(Mesh { positions, faces: code_rotations(coder, faces, &rotations) })
 }
 
-/// The least rotation of a face, and how many corners on the face begins.
-fn canonical(face: [u32; 3]) -> ([u32; 3], u32) {
-    let [a, b, c] = face;
-    let least = [(face, 0), ([c, a, b], 1), ([b, c, a], 2)].into_iter().min();
-    least.unwrap_or((face, 0))
-}
-
-/// What faces are sorted by before their order is coded.
-fn key([a, b, c]: [u32; 3]) -> [u32; 3] {
-    [a, b, c]
+/// The least rotation of a face, and how many corners further the face begins.
+fn canonical([a, b, c]: [u32; 3]) -> ([u32; 3], u32) {
+    ([a, b, c], 0).min(([c, a, b], 1)).min(([b, c, a], 2))
 }
 
 /// From the order of some elements to the place of each.
