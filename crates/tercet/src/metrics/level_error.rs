@@ -49,7 +49,9 @@ impl LevelErrors {
     pub fn new(mesh: &Mesh, surface: &Surface, source: &[u32], lattice: &Lattice) -> Self {
         let mut face = vec![NONE; source.len()];
         for f in (0..surface.faces()).rev().filter(|&f| !surface.is_virtual_face(f)) {
-            surface.face(f).map(|v| face[(v - surface.virtuals) as usize] = f);
+            for v in surface.face(f) {
+                face[(v - surface.virtuals) as usize] = f;
+            }
         }
         let wanted = (source.len() / SAMPLING).clamp(*SAMPLES.start(), *SAMPLES.end());
         let count = wanted.min(source.len());

@@ -25,7 +25,7 @@ pub struct LevelFields {
     pub error: [u8; 2],
 }
 
-/// Bytes before the header: magic, version, and its length as a varint of `varint` bytes.
+/// Magic and version.
 const MAGIC: [u8; 5] = [0x8A, b'T', b'C', b'T', 1];
 
 impl File {
@@ -69,7 +69,9 @@ impl File {
 
     pub fn bytes(&self) -> Vec<u8> {
         let mut header = self.start.clone();
-        [self.vertices, self.faces, self.sections.len() as u32].map(|n| varint(&mut header, n));
+        for count in [self.vertices, self.faces, self.sections.len() as u32] {
+            varint(&mut header, count);
+        }
         for section in &self.sections {
             header.push(section.kind);
             varint(&mut header, section.payload.len() as u32);
