@@ -150,7 +150,8 @@ impl Decoder {
     /// What is wrong with the bytes; levels returned before stand.
     pub fn next_level(&mut self) -> Result<Option<Level>> {
         let Some(Reached { level, restored }) = self.advance()? else { return Ok(None) };
-        Ok(Some(Level { level, mesh: self.mesh(restored)?, restored }))
+        let mesh = self.mesh(restored).map_err(|error| self.reader.refuse(error))?;
+        Ok(Some(Level { level, mesh, restored }))
     }
 
     /// Decodes the next level whose bytes have arrived, without making a mesh of it.

@@ -46,7 +46,7 @@ impl ScaleCell {
 pub(crate) struct Scale {
     /// In 1/256 of a lattice step.
     width: i64,
-    /// 2²⁸ / width.
+    /// 2⁴⁴ / width.
     inverse: i64,
     /// log₂ of the mean magnitude (in 1/256), in 1/8.
     pub log: usize,
@@ -64,7 +64,7 @@ static SCALES: [(i64, i64); LOGS] = {
         let magnitude = ((17 + 2 * (i as i64 % 8)) << (i / 8)) / 16;
         let width = magnitude * 3 / 4;
         let width = if width < 31 { 31 } else { width };
-        table[i] = (width, (1 << 28) / width);
+        table[i] = (width, (1 << 44) / width);
         i += 1;
     }
     table
@@ -83,7 +83,7 @@ impl Scale {
     #[inline(always)]
     pub fn standardise(self, difference: i64) -> i32 {
         let far = 16 * self.width;
-        ((difference.clamp(-far, far) * self.inverse) >> 20) as i32
+        ((difference.clamp(-far, far) * self.inverse) >> 36) as i32
     }
 
     /// The bin width that suits the scale: 0.9 of the mean magnitude, at least one step.
