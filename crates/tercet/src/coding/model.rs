@@ -1,16 +1,16 @@
 //! A binary decision under several contexts.
 
-use crate::entropy::{Coder, Counter, Mixer, squash};
+use crate::entropy::{Coder, Counter, Mixer, Opinions, squash};
 
 /// Memory of the counters: after this many outcomes the oldest begin to fade.
 const LIMIT: u16 = 250;
 
-/// Predicts one kind of binary decision from `N` contexts, mixed by weights that a further
+/// Predicts one kind of binary decision from `N` ≤ 8 contexts, mixed by weights that a further
 /// context, the *set*, selects.
 pub(crate) struct BitModel<const N: usize> {
     counters: Vec<Counter>,
     start: [usize; N],
-    mixer: Mixer<N>,
+    mixer: Mixer<1>,
 }
 
 impl<const N: usize> BitModel<N> {
@@ -22,19 +22,21 @@ impl<const N: usize> BitModel<N> {
             *start = total;
             total += size;
         }
-        let weight = (8192 * 3 / 2 / N as i32) as i16;
-        BitModel { counters: vec![Counter::NEW; total], start, mixer: Mixer::new(sets, [weight; N], rate) }
+        let mut weights = [0; 8];
+        weights[..N].fill((8192 * 3 / 2 / N as i32) as i16);
+        BitModel { counters: vec![Counter::NEW; total], start, mixer: Mixer::new(sets, [weights], rate) }
     }
 
     /// Codes `bit` and learns it. `contexts[i]` must be less than the i-th size.
     #[inline]
     pub fn code<C: Coder>(&mut self, coder: &mut C, bit: bool, set: usize, contexts: [usize; N]) -> bool {
-        let mut opinions = [0i16; N];
+        let mut opinions = [0i16; 8];
         let mut at = [0usize; N];
         for i in 0..N {
             at[i] = self.start[i] + contexts[i];
             opinions[i] = self.counters[at[i]].logit();
         }
+        let opinions = [Opinions::new(opinions)];
         let said = self.mixer.mix(set, &opinions);
         let bit = coder.bit(bit, squash(said.logit));
         self.mixer.learn(said, &opinions, bit);

@@ -16,7 +16,7 @@
 use super::model::number;
 use super::scale::Scale;
 use super::vector::COORDINATE_LIMIT;
-use crate::entropy::{Coder, Counter, LOGIT_LIMIT, Mixer, log_expm1, softplus, squash};
+use crate::entropy::{Coder, Counter, LOGIT_LIMIT, Mixer, Opinions, log_expm1, softplus, squash};
 
 /// Number of experts.
 pub(crate) const EXPERTS: usize = 6;
@@ -74,7 +74,6 @@ pub(crate) struct Situation {
 /// A short list of values.
 #[derive(Clone, Copy)]
 pub(crate) struct Candidates {
-    /// Unused places hold a value that no coordinate comes near.
     values: [i32; Candidates::MOST],
     count: usize,
 }
@@ -82,7 +81,7 @@ pub(crate) struct Candidates {
 impl Candidates {
     const MOST: usize = 8;
     const SPLITS: usize = 16;
-    pub const EMPTY: Candidates = Candidates { values: [i32::MIN; Candidates::MOST], count: 0 };
+    pub const EMPTY: Candidates = Candidates { values: [0; Candidates::MOST], count: 0 };
 
     /// Adds a value if there is room.
     #[inline(always)]
@@ -93,15 +92,38 @@ impl Candidates {
         }
     }
 
+    /// The values as magnitudes on one side of `centre`.
+    #[inline(always)]
+    fn magnitudes(&self, centre: i32, negative: bool) -> Magnitudes {
+        let mut lanes = [FAR; Self::MOST];
+        for (lane, &v) in lanes.iter_mut().zip(&self.values[..self.count]) {
+            let m = if negative { (centre - 1).wrapping_sub(v) } else { v.wrapping_sub(centre) };
+            *lane = near(m as i64);
+        }
+        Magnitudes(Opinions::new(lanes))
+    }
+}
+
+/// Stands for magnitudes that are too far to matter: those of ±2¹⁵ and more.
+const FAR: i16 = i16::MIN;
+
+/// A magnitude in 16 bits.
+#[inline(always)]
+fn near(m: i64) -> i16 {
+    m.clamp(FAR as i64, i16::MAX as i64) as i16
+}
+
+/// Candidates seen from the centre.
+#[derive(Clone, Copy)]
+struct Magnitudes(Opinions);
+
+impl Magnitudes {
     /// How many lie in [low, middle) and in [middle, high), each up to 3.
     #[inline(always)]
-    fn split(&self, [low, middle, high]: [i32; 3]) -> usize {
-        let (mut lower, mut upper) = (0i32, 0i32);
-        for v in self.values {
-            lower += (low <= v && v < middle) as i32;
-            upper += (middle <= v && v < high) as i32;
-        }
-        4 * lower.min(3) as usize + upper.min(3) as usize
+    fn split(self, [low, middle, high]: [i16; 3]) -> usize {
+        let below = |bound: i16| self.0.simd_lt(Opinions::splat(bound)).to_bitmask().count_ones();
+        let (low, middle, high) = (below(low), below(middle), below(high));
+        (4 * (middle - low).min(3) + (high - middle).min(3)) as usize
     }
 }
 
@@ -109,7 +131,7 @@ impl Candidates {
 pub(crate) struct ResidualModels {
     counters: Vec<Counter>,
     start: [usize; COUNTERS],
-    mixers: [Mixer<INPUTS>; 2],
+    mixers: [Mixer<2>; 2],
 }
 
 /// One coordinate being coded.
@@ -118,8 +140,7 @@ struct Walk<'a> {
     experts: &'a [Expert; EXPERTS],
     /// Standardised distance of each expert's centre from the boundary at magnitude 0.
     z: [i32; EXPERTS],
-    /// The candidates, as magnitudes once the sign is known.
-    candidates: [Candidates; LISTS],
+    candidates: [Magnitudes; LISTS],
     /// Where each context's counters begin.
     rows: [usize; CONTEXTS],
     inputs: [i16; INPUTS],
@@ -137,7 +158,8 @@ impl ResidualModels {
         let mut weights = [512i16; INPUTS];
         weights[..EXPERTS].fill((8192 / EXPERTS) as i16);
         weights[INPUTS - 1] = 0;
-        let mixer = |sets: usize| Mixer::new(sets * NODES, weights, MIXER_RATE);
+        let halves = [std::array::from_fn(|i| weights[i]), std::array::from_fn(|i| weights[8 + i])];
+        let mixer = |sets: usize| Mixer::new(sets * NODES, halves, MIXER_RATE);
         ResidualModels { counters: vec![Counter::NEW; total], start, mixers: SETS.map(mixer) }
     }
 
@@ -160,25 +182,19 @@ impl ResidualModels {
         for (input, z) in inputs.iter_mut().zip(z) {
             *input = clamp(z);
         }
-        let candidates = situation.candidates;
+        let candidates = situation.candidates.map(|c| c.magnitudes(centre as i32, false));
         let mut walk = Walk { situation, experts, z, candidates, rows: [0; CONTEXTS], inputs };
         walk.rows = self.rows(&situation.above);
         let window = 4 * experts[0].scale.unit() + 1;
-        let parts = [centre - window, centre, centre + window];
-        let negative = self.decide(coder, value < centre, SIGN, &mut walk, parts);
+        let negative = self.decide(coder, value < centre, SIGN, &mut walk, [-window, 0, window]);
         if negative {
             walk.rows = self.rows(&situation.below);
             for z in &mut walk.z {
                 *z = -*z;
             }
+            walk.candidates = situation.candidates.map(|c| c.magnitudes(centre as i32, true));
         }
         let turn = |v: i64| if negative { centre - 1 - v } else { v - centre };
-        let (flip, offset) = if negative { (-1, centre as i32 - 1) } else { (1, -(centre as i32)) };
-        for list in &mut walk.candidates {
-            for v in &mut list.values {
-                *v = v.wrapping_mul(flip).wrapping_add(offset);
-            }
-        }
         let magnitude = self.magnitude(coder, turn(value), &mut walk);
         let value = if negative { centre - 1 - magnitude } else { centre + magnitude };
         value.clamp(-(COORDINATE_LIMIT as i64), COORDINATE_LIMIT as i64) as i32
@@ -236,7 +252,7 @@ impl ResidualModels {
     }
 
     /// One binary decision: whether the value lies in the upper of two `parts`.
-    #[inline(always)]
+    #[inline(never)]
     fn decide<C: Coder>(
         &mut self,
         coder: &mut C,
@@ -249,8 +265,8 @@ impl ResidualModels {
         for i in 0..CONTEXTS {
             at[i] = walk.rows[i] + node;
         }
-        let far = |x: i64| x.clamp(i32::MIN as i64 + 1, i32::MAX as i64) as i32;
-        let parts = [far(parts[0]), far(parts[1]), far(parts[2])];
+        let bound = |x: i64| near(x).max(FAR + 1);
+        let parts = [bound(parts[0]), bound(parts[1]), bound(parts[2])];
         for i in 0..LISTS {
             let context = walk.candidates[i].split(parts) * TRUSTS + walk.situation.trust;
             at[CONTEXTS + i] = self.start[CONTEXTS + i] + context * NODES + node;
@@ -258,11 +274,13 @@ impl ResidualModels {
         for i in 0..COUNTERS {
             walk.inputs[EXPERTS + i] = self.counters[at[i]].logit();
         }
-        let first = self.mixers[0].mix(walk.situation.sets[0] * NODES + node, &walk.inputs);
-        let second = self.mixers[1].mix(walk.situation.sets[1] * NODES + node, &walk.inputs);
+        let half = |from: usize| Opinions::from_slice_unaligned(&walk.inputs[from..from + 8]);
+        let opinions = [half(0), half(8)];
+        let first = self.mixers[0].mix(walk.situation.sets[0] * NODES + node, &opinions);
+        let second = self.mixers[1].mix(walk.situation.sets[1] * NODES + node, &opinions);
         let bit = coder.bit(bit, squash((first.logit + second.logit) >> 1));
-        self.mixers[0].learn(first, &walk.inputs, bit);
-        self.mixers[1].learn(second, &walk.inputs, bit);
+        self.mixers[0].learn(first, &opinions, bit);
+        self.mixers[1].learn(second, &opinions, bit);
         for at in at {
             self.counters[at].learn(bit, COUNTER_LIMIT);
         }
