@@ -273,22 +273,26 @@ impl Coordinate<'_, '_> {
         let centre = experts[0].centre;
         let scale = (experts[0].scale.log / 4).saturating_sub(8).min(23);
         let unit = experts[0].scale.unit().min(7) as usize;
-        // Where another expert lies, in bins of the scale.
-        let beside = |j: usize, steps: i64, bins: i64| {
-            let apart = ((experts[j].centre - centre) << 8) / (main as i64 + 77);
-            (((apart * steps) >> 9) + bins / 2).clamp(0, bins - 1) as usize
+        // Where another expectation lies, in bins of the scale.
+        let beside = |other: i64, bins: i64| {
+            let apart = ((other - centre) << 8) / (main as i64 + 77);
+            (((apart * 3) >> 9) + bins / 2).clamp(0, bins - 1) as usize
         };
         let surprise = match self.step {
             0 => 0,
             _ => 1 + bin(((self.earlier + 51) << 8) / (self.expected + 51), 2, -13, 7),
         };
         let parallelograms = around.parallelograms.min(3);
-        let [estimate, nearest, second, other] =
-            [beside(4, 3, 11), beside(1, 3, 9), beside(2, 3, 9), beside(3, 3, 7)];
+        let [nearest, second, mean, estimate] = [
+            beside(experts[1].centre, 9),
+            beside(around.second[self.axis], 9),
+            beside(experts[2].centre, 7),
+            beside(experts[3].centre, 11),
+        ];
         let contexts = |mirror: bool| {
             let turn = |x: usize, bins: usize| if mirror { bins - 1 - x } else { x };
             [
-                (turn(estimate, 11) * 7 + turn(other, 7)) * 3 + kind,
+                (turn(estimate, 11) * 7 + turn(mean, 7)) * 3 + kind,
                 (turn(nearest, 9) * 9 + turn(second, 9)) * 3 + kind,
                 (scale * 3 + kind) * 8 + surprise,
             ]

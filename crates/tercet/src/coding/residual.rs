@@ -19,7 +19,7 @@ use super::vector::COORDINATE_LIMIT;
 use crate::entropy::{Coder, Counter, LOGIT_LIMIT, Mixer, Opinions, log_expm1, softplus, squash};
 
 /// Number of experts.
-pub(crate) const EXPERTS: usize = 6;
+pub(crate) const EXPERTS: usize = 4;
 /// Number of counter contexts that hold for a whole coordinate.
 pub(crate) const CONTEXTS: usize = 3;
 /// Number of candidate lists, each a counter context that changes with every decision.
@@ -204,7 +204,7 @@ impl ResidualModels {
         let unit = walk.experts[0].scale.unit();
         let mut step = [0; EXPERTS];
         for (step, expert) in step.iter_mut().zip(walk.experts) {
-            *step = expert.scale.standardise(unit << 8);
+            *step = expert.scale.length(unit);
         }
         let mut low = 0;
         for (k, &high) in BINS.iter().enumerate() {
@@ -231,7 +231,7 @@ impl ResidualModels {
             let middle = (low + high) / 2;
             let upper = if depth < HALVING_NODES {
                 for j in 0..EXPERTS {
-                    let z = |length: i64| walk.experts[j].scale.standardise(length << 8);
+                    let z = |steps: i64| walk.experts[j].scale.length(steps);
                     let (l, h) = (walk.z[j] + z(low), walk.z[j] + z(high));
                     let (lower, upper) = (z(middle - low), z(high - middle));
                     let logit = lower + log_expm1(upper) - log_expm1(lower) + softplus(l) - softplus(h);
@@ -319,7 +319,7 @@ mod tests {
         fn any_value_comes_back_whatever_is_expected(
             cases in prop::collection::vec((
                 -COORDINATE_LIMIT..=COORDINATE_LIMIT,
-                prop::array::uniform6((-(1i64 << 37)..1 << 37, 1u64..1 << 36)),
+                prop::array::uniform4((-(1i64 << 37)..1 << 37, 1u64..1 << 36)),
                 any::<bool>(),
             ), 1..50)
         ) {

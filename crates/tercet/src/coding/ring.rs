@@ -73,9 +73,11 @@ impl Ring {
 
 /// Everything that the models look at.
 pub(crate) struct Neighbourhood<'a> {
-    /// The experts' points, in 1/256: the first, the two nearest parallelograms, the mean of
-    /// the known neighbours, the estimate, the mean of the parallelograms.
+    /// The experts' points, in 1/256: the first, the nearest parallelogram, the mean of the
+    /// known neighbours, the estimate.
     pub predictions: [Vector; EXPERTS],
+    /// The second nearest parallelogram, in 1/256.
+    pub second: Vector,
     /// Normal of the surface here, of any length below 2⁴⁸.
     pub normal: Vector,
     pub at_boundary: bool,
@@ -177,7 +179,8 @@ impl<'a> Neighbourhood<'a> {
         };
         let [nearest, second] = ring.two_nearest(first, base);
         Neighbourhood {
-            predictions: [first, nearest, second, mean, fallback, base],
+            predictions: [first, nearest, mean, fallback],
+            second,
             normal: ring.normal(pass, positions),
             at_boundary: ring.at_boundary,
             parallelograms: count,

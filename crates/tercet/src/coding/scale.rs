@@ -48,6 +48,8 @@ pub(crate) struct Scale {
     width: i64,
     /// 2⁴⁴ / width.
     inverse: i64,
+    /// One lattice step in units of the scale, in 1/256 · 1/65536.
+    slope: i64,
     /// log₂ of the mean magnitude (in 1/256), in 1/8.
     pub log: usize,
 }
@@ -76,7 +78,7 @@ impl Scale {
     pub fn new(mean: u64) -> Self {
         let log = (log2_fixed(mean, 3) as usize).min(LOGS - 1);
         let (width, inverse) = SCALES[log];
-        Scale { width, inverse, log }
+        Scale { width, inverse, slope: inverse >> 12, log }
     }
 
     /// `difference` (in 1/256 of a step) in units of the scale, in 1/256; saturates at ±16.
@@ -84,6 +86,12 @@ impl Scale {
     pub fn standardise(self, difference: i64) -> i32 {
         let far = 16 * self.width;
         ((difference.clamp(-far, far) * self.inverse) >> 36) as i32
+    }
+
+    /// A length of `steps` lattice steps (0..2³⁰) in units of the scale, in 1/256; saturates at 256.
+    #[inline(always)]
+    pub fn length(self, steps: i64) -> i32 {
+        ((steps * self.slope) >> 16).min(1 << 16) as i32
     }
 
     /// The bin width that suits the scale: 0.9 of the mean magnitude, at least one step.
