@@ -191,7 +191,7 @@ impl PositionModels {
         let mut cells = [0; EXPERTS];
         for j in 1..EXPERTS {
             let distance = centre[j].abs_diff(centre[0]);
-            let apart = bin((distance << 8) / (main + 50) + 13, 1, -4, DISTANCES);
+            let apart = ratio(distance + 12, main + 50, DISTANCES);
             cells[j] = ((j * 3 + c.kind) * DISTANCES + apart) * ROUGH + roughness;
             experts[j] = Expert {
                 centre: centre[j],
@@ -275,12 +275,12 @@ impl Coordinate<'_, '_> {
         let unit = experts[0].scale.unit().min(7) as usize;
         // Where another expectation lies, in bins of the scale.
         let beside = |other: i64, bins: i64| {
-            let apart = ((other - centre) << 8) / (main as i64 + 77);
-            (((apart * 3) >> 9) + bins / 2).clamp(0, bins - 1) as usize
+            let apart = experts[0].scale.standardise(other - centre) as i64;
+            (((apart * 9) >> 11) + bins / 2).clamp(0, bins - 1) as usize
         };
         let surprise = match self.step {
             0 => 0,
-            _ => 1 + bin(((self.earlier + 51) << 8) / (self.expected + 51), 2, -13, 7),
+            _ => 1 + ratio(self.earlier + 51, self.expected + 51, 7),
         };
         let parallelograms = around.parallelograms.min(3);
         let [nearest, second, mean, estimate] = [
@@ -297,7 +297,7 @@ impl Coordinate<'_, '_> {
                 (scale * 3 + kind) * 8 + surprise,
             ]
         };
-        let apart = bin((experts[1].centre.abs_diff(centre) << 8) / (main + 50) + 13, 1, -5, 5);
+        let apart = ratio(experts[1].centre.abs_diff(centre) + 25, main + 50, 5);
         Situation {
             above: contexts(false),
             below: contexts(true),
@@ -315,4 +315,9 @@ impl Coordinate<'_, '_> {
 pub(super) fn bin(x: u64, per_octave: i32, offset: i32, bins: usize) -> usize {
     let log = log2_fixed(x, 3) * per_octave / 8;
     (log + offset * per_octave).clamp(0, bins as i32 - 1) as usize
+}
+
+/// A bin of log₂ `a` / `b`, one an octave, 1 in the fourth.
+fn ratio(a: u64, b: u64, bins: usize) -> usize {
+    ((log2_fixed(a, 3) - log2_fixed(b, 3) + 28) >> 3).clamp(0, bins as i32 - 1) as usize
 }

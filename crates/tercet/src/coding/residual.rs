@@ -113,11 +113,24 @@ fn near(m: i64) -> i16 {
     m.clamp(FAR as i64, i16::MAX as i64) as i16
 }
 
+/// A boundary between magnitudes in 16 bits.
+#[inline(always)]
+fn bound(m: i64) -> i16 {
+    near(m).max(FAR + 1)
+}
+
 /// Candidates seen from the centre.
 #[derive(Clone, Copy)]
 struct Magnitudes(Opinions);
 
 impl Magnitudes {
+    /// Whether any lies in [low, high).
+    #[inline(always)]
+    fn any(self, low: i16, high: i16) -> bool {
+        let below = |bound: i16| self.0.simd_lt(Opinions::splat(bound)).to_bitmask();
+        below(low) != below(high)
+    }
+
     /// How many lie in [low, middle) and in [middle, high), each up to 3.
     #[inline(always)]
     fn split(self, [low, middle, high]: [i16; 3]) -> usize {
@@ -144,6 +157,14 @@ struct Walk<'a> {
     /// Where each context's counters begin.
     rows: [usize; CONTEXTS],
     inputs: [i16; INPUTS],
+}
+
+impl Walk<'_> {
+    /// Whether a candidate lies in [low, high).
+    #[inline(always)]
+    fn any_candidate(&self, low: i64, high: i64) -> bool {
+        self.candidates.iter().any(|c| c.any(bound(low), bound(high)))
+    }
 }
 
 impl ResidualModels {
@@ -229,7 +250,7 @@ impl ResidualModels {
         let mut depth = 0;
         while high - low > 1 {
             let middle = (low + high) / 2;
-            let upper = if depth < HALVING_NODES {
+            let upper = if depth == 0 || depth < HALVING_NODES && walk.any_candidate(low, high) {
                 for j in 0..EXPERTS {
                     let z = |steps: i64| walk.experts[j].scale.length(steps);
                     let (l, h) = (walk.z[j] + z(low), walk.z[j] + z(high));
@@ -265,7 +286,6 @@ impl ResidualModels {
         for i in 0..CONTEXTS {
             at[i] = walk.rows[i] + node;
         }
-        let bound = |x: i64| near(x).max(FAR + 1);
         let parts = [bound(parts[0]), bound(parts[1]), bound(parts[2])];
         for i in 0..LISTS {
             let context = walk.candidates[i].split(parts) * TRUSTS + walk.situation.trust;
