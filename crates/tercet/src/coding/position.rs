@@ -138,7 +138,6 @@ impl PositionModels {
         let mut centres = around.predictions;
         let mut point = target;
         let mut sizes = [0u64; 3];
-        let mut expected = 0;
         for (step, &axis) in axes.iter().enumerate() {
             let across = (step == 2) == (order == AxisOrder::NormalLast)
                 && (step == 0) != (order == AxisOrder::NormalLast);
@@ -147,9 +146,9 @@ impl PositionModels {
                 (_, true) => NORMAL,
                 _ => TANGENTIAL,
             };
-            let coordinate = Coordinate { around, kind, axis, step, earlier: sizes[0] + sizes[1], expected };
+            let coordinate = Coordinate { around, kind, axis };
             let centre = centres.map(|c| c[axis]);
-            let value = self.coordinate(coder, &coordinate, centre, target[axis], &mut expected);
+            let value = self.coordinate(coder, &coordinate, centre, target[axis]);
             point[axis] = value;
             let off = centre.map(|c| ((value as i64) << FRACTION_BITS) - c);
             sizes[step] = off[0].unsigned_abs();
@@ -169,7 +168,6 @@ impl PositionModels {
         c: &Coordinate,
         centre: [i64; EXPERTS],
         target: i32,
-        expected: &mut u64,
     ) -> i32 {
         let around = c.around;
         let size = around.size.min(SIZES - 1);
@@ -185,7 +183,6 @@ impl PositionModels {
         let prior = rough / 2 + (around.edge >> if c.kind == NORMAL { 6 } else { 4 }) + 40;
         let by_class = self.by_class[class].mean(prior);
         let main = self.by_roughness[cell].mean(by_class);
-        *expected += main;
         let first = Scale::new(main);
         let mut experts = [Expert { centre: centre[0], scale: first }; EXPERTS];
         let mut cells = [0; EXPERTS];
@@ -258,12 +255,6 @@ struct Coordinate<'a, 'b> {
     around: &'a Neighbourhood<'b>,
     kind: usize,
     axis: usize,
-    /// 0, 1, 2 in the order of coding.
-    step: usize,
-    /// Sum of the magnitudes by which the earlier coordinates were off.
-    earlier: u64,
-    /// What that sum was expected to be.
-    expected: u64,
 }
 
 impl Coordinate<'_, '_> {
@@ -278,24 +269,11 @@ impl Coordinate<'_, '_> {
             let apart = experts[0].scale.standardise(other - centre) as i64;
             (((apart * 9) >> 11) + bins / 2).clamp(0, bins - 1) as usize
         };
-        let surprise = match self.step {
-            0 => 0,
-            _ => 1 + ratio(self.earlier + 51, self.expected + 51, 7),
-        };
         let parallelograms = around.parallelograms.min(3);
-        let [nearest, second, mean, estimate] = [
-            beside(experts[1].centre, 9),
-            beside(around.second[self.axis], 9),
-            beside(experts[2].centre, 7),
-            beside(experts[3].centre, 11),
-        ];
+        let [nearest, second] = [experts[1].centre, around.second[self.axis]].map(|x| beside(x, 9));
         let contexts = |mirror: bool| {
-            let turn = |x: usize, bins: usize| if mirror { bins - 1 - x } else { x };
-            [
-                (turn(estimate, 11) * 7 + turn(mean, 7)) * 3 + kind,
-                (turn(nearest, 9) * 9 + turn(second, 9)) * 3 + kind,
-                (scale * 3 + kind) * 8 + surprise,
-            ]
+            let turn = |x: usize| if mirror { 8 - x } else { x };
+            [(turn(nearest) * 9 + turn(second)) * 3 + kind]
         };
         let apart = ratio(experts[1].centre.abs_diff(centre) + 25, main + 50, 5);
         Situation {

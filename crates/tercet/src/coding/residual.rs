@@ -19,17 +19,17 @@ use super::vector::COORDINATE_LIMIT;
 use crate::entropy::{Coder, Counter, LOGIT_LIMIT, Mixer, Opinions, log_expm1, softplus, squash};
 
 /// Number of experts.
-pub(crate) const EXPERTS: usize = 4;
+pub(crate) const EXPERTS: usize = 3;
 /// Number of counter contexts that hold for a whole coordinate.
-pub(crate) const CONTEXTS: usize = 3;
+pub(crate) const CONTEXTS: usize = 1;
 /// Number of candidate lists, each a counter context that changes with every decision.
-pub(crate) const LISTS: usize = 4;
+pub(crate) const LISTS: usize = 3;
 const COUNTERS: usize = CONTEXTS + LISTS;
-const INPUTS: usize = 16;
+const INPUTS: usize = 8;
 const _: () = assert!(EXPERTS + COUNTERS < INPUTS);
 
 /// Sizes of the contexts; a caller's values lie below them.
-pub(crate) const SIZES: [usize; CONTEXTS] = [231, 243, 576];
+pub(crate) const SIZES: [usize; CONTEXTS] = [243];
 /// Numbers of values of the two set selectors.
 pub(crate) const SETS: [usize; 2] = [24, 120];
 /// Number of values of [`Situation::trust`].
@@ -144,7 +144,7 @@ impl Magnitudes {
 pub(crate) struct ResidualModels {
     counters: Vec<Counter>,
     start: [usize; COUNTERS],
-    mixers: [Mixer<2>; 2],
+    mixers: [Mixer<1>; 2],
 }
 
 /// One coordinate being coded.
@@ -179,8 +179,7 @@ impl ResidualModels {
         let mut weights = [512i16; INPUTS];
         weights[..EXPERTS].fill((8192 / EXPERTS) as i16);
         weights[INPUTS - 1] = 0;
-        let halves = [std::array::from_fn(|i| weights[i]), std::array::from_fn(|i| weights[8 + i])];
-        let mixer = |sets: usize| Mixer::new(sets * NODES, halves, MIXER_RATE);
+        let mixer = |sets: usize| Mixer::new(sets * NODES, [weights], MIXER_RATE);
         ResidualModels { counters: vec![Counter::NEW; total], start, mixers: SETS.map(mixer) }
     }
 
@@ -294,8 +293,7 @@ impl ResidualModels {
         for i in 0..COUNTERS {
             walk.inputs[EXPERTS + i] = self.counters[at[i]].logit();
         }
-        let half = |from: usize| Opinions::from_slice_unaligned(&walk.inputs[from..from + 8]);
-        let opinions = [half(0), half(8)];
+        let opinions = [Opinions::new(walk.inputs)];
         let first = self.mixers[0].mix(walk.situation.sets[0] * NODES + node, &opinions);
         let second = self.mixers[1].mix(walk.situation.sets[1] * NODES + node, &opinions);
         let bit = coder.bit(bit, squash((first.logit + second.logit) >> 1));
@@ -339,7 +337,7 @@ mod tests {
         fn any_value_comes_back_whatever_is_expected(
             cases in prop::collection::vec((
                 -COORDINATE_LIMIT..=COORDINATE_LIMIT,
-                prop::array::uniform4((-(1i64 << 37)..1 << 37, 1u64..1 << 36)),
+                prop::array::uniform3((-(1i64 << 37)..1 << 37, 1u64..1 << 36)),
                 any::<bool>(),
             ), 1..50)
         ) {

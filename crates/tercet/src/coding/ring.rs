@@ -18,8 +18,6 @@ pub(crate) struct Ring {
     known: Vec<u32>,
     /// Parallelogram predictions from known neighbours.
     parallelograms: Vec<[i64; 3]>,
-    /// Known vertices across the ring's edges.
-    across: Vec<u32>,
     at_boundary: bool,
     /// The vertex itself; those from it on are not known yet.
     vertex: u32,
@@ -31,7 +29,7 @@ impl Ring {
         self.all.clear();
         self.known.clear();
         self.parallelograms.clear();
-        self.across.clear();
+
         self.at_boundary = false;
         self.vertex = v;
         let known = |x: u32| x < v && !surface.is_virtual(x);
@@ -53,7 +51,6 @@ impl Ring {
             }
             let w = surface.at(surface.across(c));
             if known(w) {
-                self.across.push(w);
                 let (a, b, w) = (positions[a as usize], positions[b as usize], positions[w as usize]);
                 self.parallelograms.push([0, 1, 2].map(|k| a[k] as i64 + b[k] as i64 - w[k] as i64));
             }
@@ -73,8 +70,8 @@ impl Ring {
 
 /// Everything that the models look at.
 pub(crate) struct Neighbourhood<'a> {
-    /// The experts' points, in 1/256: the first, the nearest parallelogram, the mean of the
-    /// known neighbours, the estimate.
+    /// The experts' points, in 1/256: the first, the nearest parallelogram, the corrected
+    /// estimate.
     pub predictions: [Vector; EXPERTS],
     /// The second nearest parallelogram, in 1/256.
     pub second: Vector,
@@ -89,15 +86,13 @@ pub(crate) struct Neighbourhood<'a> {
     /// That distance, in 1/256.
     pub edge: u64,
     pub rough: Roughness,
-    pub level: usize,
     pub estimate_only: bool,
     ring: &'a Ring,
     positions: &'a [Point],
 }
 
 impl Neighbourhood<'_> {
-    /// Values of an axis that may repeat: the neighbours', the parallelograms', those of the
-    /// vertices across, and where the experts (`centres`) expect it.
+    /// Values of an axis that may repeat: the neighbours', the parallelograms', and where the experts (`centres`) expect it.
     #[inline]
     pub fn candidates(&self, axis: usize, centres: &[i64; EXPERTS]) -> [Candidates; LISTS] {
         let mut lists = [Candidates::EMPTY; LISTS];
@@ -107,11 +102,8 @@ impl Neighbourhood<'_> {
         for p in &self.ring.parallelograms {
             lists[1].push(p[axis]);
         }
-        for &w in &self.ring.across {
-            lists[2].push(self.positions[w as usize][axis] as i64);
-        }
         for centre in centres {
-            lists[3].push((centre + 128) >> FRACTION_BITS);
+            lists[2].push((centre + 128) >> FRACTION_BITS);
         }
         lists
     }
@@ -179,7 +171,7 @@ impl<'a> Neighbourhood<'a> {
         };
         let [nearest, second] = ring.two_nearest(first, base);
         Neighbourhood {
-            predictions: [first, nearest, mean, fallback],
+            predictions: [first, nearest, fallback],
             second,
             normal: ring.normal(pass, positions),
             at_boundary: ring.at_boundary,
@@ -191,7 +183,6 @@ impl<'a> Neighbourhood<'a> {
                 tangential: (tangential / n as u64) as u32,
                 normal: (normal / n as u64) as u32,
             },
-            level: ring.known.len().min(7),
             estimate_only: count == 0,
             ring,
             positions,
