@@ -6,11 +6,9 @@ use super::stretch;
 ///
 /// After n outcomes an outcome moves it by 1/(n + 1.6) of the distance, with n held at a limit
 /// so that it goes on following a source that changes.
+/// The probability lies in the upper half of the word, the number of outcomes in the lower.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Counter {
-    p: u16,
-    n: u16,
-}
+pub(crate) struct Counter(u32);
 
 const SEEN: usize = 256;
 
@@ -26,27 +24,29 @@ static STEP: [u16; SEEN] = {
 };
 
 impl Counter {
-    pub const NEW: Counter = Counter { p: 1 << 15, n: 0 };
+    pub const NEW: Counter = Counter(1 << 31);
 
     /// The probability of a 1, in 1/65536; never 0.
     #[inline(always)]
     pub fn p(self) -> u16 {
-        self.p
+        (self.0 >> 16) as u16
     }
 
     /// Its logit, in 1/256.
     #[inline(always)]
     pub fn logit(self) -> i16 {
-        stretch(self.p)
+        stretch(self.p())
     }
 
     /// Learns an outcome; `limit` (< 256) bounds its memory.
     #[inline(always)]
     pub fn learn(&mut self, bit: bool, limit: u16) {
         let target = if bit { 65503 } else { 32 };
-        let step = STEP[(self.n & 255) as usize] as i32;
-        self.p = (self.p as i32 + (((target - self.p as i32) * step) >> 16)) as u16;
-        self.n += (self.n < limit) as u16;
+        let step = STEP[(self.0 & 255) as usize] as i32;
+        let p = self.p() as i32;
+        let p = p + (((target - p) * step) >> 16);
+        let n = self.0 & 255;
+        self.0 = (p as u32) << 16 | (n + (n < limit as u32) as u32);
     }
 }
 
