@@ -96,7 +96,7 @@ const BASE: &[u8] = &[1, 0, 0, 0, 0, 0, 0, 3, 1, 0, 0];
 fn a_tiny_file_has_these_bytes() {
     let outline = Outline {
         order_kept: false,
-        precision: Precision::Decimal { exponent: 2, origin: [0, -1, 1] },
+        precision: Precision::Decimal { exponent: 2, digits: 0, origin: [0, -1, 1] },
         vertices: 3,
         faces: 1,
         levels: vec![level(LevelKind::Base, 3, 1, 0.0)],
@@ -106,10 +106,10 @@ fn a_tiny_file_has_these_bytes() {
     let golden = [
         &[0x8A, b'T', b'C', b'T'][..], // magic
         &[1],                          // format version
-        &[27],                         // header length
+        &[28],                         // header length
         &[0],                          // flags: the order is not kept
         &[1],                          // streams in a level
-        &[1, 2],                       // precision: decimal, 2 digits
+        &[1, 2, 0],                    // precision: decimal, 2 digits, all of them in the levels
         &[0, 1, 2],                    //   origin 0, −1, 1
         &[3, 1],                       // vertices and faces of the original
         &[2],                          // sections
@@ -377,7 +377,7 @@ fn an_outline_that_breaks_a_rule_is_not_written() {
     refused(Outline { vertices: u32::MAX, ..good.clone() });
     refused(Outline { levels: vec![level(LevelKind::Base, 0, 0, f32::NAN)], ..good.clone() });
     refused(Outline { supplements: vec![Supplement::Optional(127)], ..good.clone() });
-    refused(Outline { precision: Precision::Decimal { exponent: 10, origin: [0; 3] }, ..good });
+    refused(Outline { precision: Precision::Decimal { exponent: 10, digits: 0, origin: [0; 3] }, ..good });
 }
 
 #[test]
@@ -397,7 +397,8 @@ fn precisions() -> impl Strategy<Value = Precision> {
             origin,
             side
         }),
-        (0..=9u8, origin()).prop_map(|(exponent, origin)| Precision::Decimal { exponent, origin }),
+        (0..=9u8, 0..=3u8, origin())
+            .prop_map(|(exponent, digits, origin)| Precision::Decimal { exponent, digits, origin }),
         (-149..=127i16, origin()).prop_map(|(exponent, origin)| Precision::Binary { exponent, origin }),
         (-149..=127i16, origin()).prop_map(|(exponent, origin)| Precision::Refined { exponent, origin }),
     ]
