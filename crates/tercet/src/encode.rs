@@ -65,12 +65,16 @@ pub fn encode_with(
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Encoded> {
     mesh.check()?;
-    let precision = match options.bits {
-        Some(bits) if (4..=24).contains(&bits) => box_lattice(mesh, bits),
-        Some(bits) => return Err(Error::Parameter(format!("{bits} bits: 4 to 24 are possible"))),
-        None => supplement::exact_lattice(mesh),
-    };
+    if let Some(bits) = options.bits
+        && !(4..=24).contains(&bits)
+    {
+        return Err(Error::Parameter(format!("{bits} bits: 4 to 24 are possible")));
+    }
     let Cut { surface, vertex_source, loose, degenerate, .. } = cut(mesh);
+    let precision = match options.bits {
+        Some(bits) => box_lattice(mesh, bits),
+        None => supplement::exact_lattice(mesh, vertex_source.len()),
+    };
     let lattice = Lattice::new(&precision);
     let virtuals = surface.virtuals as usize;
     let mut positions: Vec<Point> = vec![[0; 3]; virtuals];

@@ -28,7 +28,7 @@ pub enum Precision {
     Decimal {
         /// Digits after the decimal point, 0..=9.
         exponent: u8,
-        /// How many of them the levels lack, 0..=3; the section has them.
+        /// How many of them the levels lack, 0..=5; the section has them.
         digits: u8,
         /// In units of the last digit; of magnitude at most 2^62.
         origin: [i64; 3],
@@ -119,8 +119,8 @@ impl Precision {
                 if *exponent > 9 {
                     return Err(malformed("decimal exponent", format!("{exponent} is not in 0..=9")));
                 }
-                if *digits > 3 {
-                    return Err(malformed("decimal digits", format!("{digits} is not in 0..=3")));
+                if *digits > 5 {
+                    return Err(malformed("decimal digits", format!("{digits} is not in 0..=5")));
                 }
                 check_origin(origin)
             }
@@ -190,7 +190,7 @@ mod tests {
         let far = (1i64 << 62) + 1;
         let decimal = |exponent, digits, origin| Precision::Decimal { exponent, digits, origin };
         assert!(refusal(decimal(10, 0, [0; 3])).starts_with("decimal exponent: 10"));
-        assert!(refusal(decimal(9, 4, [0; 3])).starts_with("decimal digits: 4"));
+        assert!(refusal(decimal(9, 6, [0; 3])).starts_with("decimal digits: 6"));
         assert!(refusal(decimal(9, 0, [0, 0, far])).starts_with("origin: "));
         assert!(
             refusal(Precision::Binary { exponent: -150, origin: [0; 3] })
@@ -211,7 +211,7 @@ mod tests {
             Precision::Lattice { bits: 4, origin: [f32::MIN, -0.0, f32::MAX], side: 0.0 },
             Precision::Lattice { bits: 24, origin: [0.0; 3], side: MAX_SIDE },
             Precision::Decimal { exponent: 0, digits: 0, origin: [far, -far, 0] },
-            Precision::Decimal { exponent: 9, digits: 3, origin: [0; 3] },
+            Precision::Decimal { exponent: 9, digits: 5, origin: [0; 3] },
             Precision::Binary { exponent: -149, origin: [far, -far, 0] },
             Precision::Refined { exponent: 127, origin: [-1, 1, 0] },
         ] {

@@ -131,7 +131,7 @@ fn a_tiny_file_has_these_bytes() {
 }
 
 /// Checksum of the golden file's header, as printed in the format document.
-const HEADER_CRC: [u8; 4] = [0x2B, 0xC8, 0xE5, 0x89];
+const HEADER_CRC: [u8; 4] = [0xFE, 0xFA, 0xAE, 0x14];
 
 #[test]
 fn sections_lie_end_to_end_behind_the_header() {
@@ -397,8 +397,11 @@ fn precisions() -> impl Strategy<Value = Precision> {
             origin,
             side
         }),
-        (0..=9u8, 0..=3u8, origin())
-            .prop_map(|(exponent, digits, origin)| Precision::Decimal { exponent, digits, origin }),
+        (0..=9u8, 0..=3u8, origin()).prop_map(|(exponent, digits, origin)| Precision::Decimal {
+            exponent,
+            digits,
+            origin
+        }),
         (-149..=127i16, origin()).prop_map(|(exponent, origin)| Precision::Binary { exponent, origin }),
         (-149..=127i16, origin()).prop_map(|(exponent, origin)| Precision::Refined { exponent, origin }),
     ]

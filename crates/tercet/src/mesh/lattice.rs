@@ -164,7 +164,7 @@ fn floor(x: f64) -> i64 {
 }
 
 /// 2^`exponent`, for −1022 ≤ `exponent` ≤ 1023.
-fn power_of_two(exponent: i32) -> f64 {
+pub(crate) fn power_of_two(exponent: i32) -> f64 {
     f64::from_bits(((1023 + exponent) as u64) << 52)
 }
 
@@ -177,11 +177,6 @@ mod tests {
 
     fn points(positions: &[[f32; 3]]) -> Mesh {
         Mesh { positions: positions.to_vec(), faces: Vec::new() }
-    }
-
-    /// Coordinates that lie on a line, spread over the axes in turn.
-    fn coordinates(values: &[f32]) -> Mesh {
-        points(&values.iter().map(|&v| [v, 0.0, values[0]]).collect::<Vec<_>>())
     }
 
     fn assert_exact(mesh: &Mesh, precision: &Precision) {
@@ -202,11 +197,6 @@ mod tests {
             assert_eq!(floor(x) as f64, x.floor());
         }
         assert_eq!((floor(f64::INFINITY), floor(f64::NEG_INFINITY)), (i64::MAX, i64::MIN));
-        for (v, e) in [(1.0, 0), (3.0, 0), (-6.0, 1), (0.75, -2), (TINY, -149), (f32::MAX, 104)] {
-            assert_eq!(lowest_bit(v), Some(e), "{v}");
-        }
-        assert_eq!((lowest_bit(f32::MIN_POSITIVE), lowest_bit(2f32.powi(127))), (Some(-126), Some(127)));
-        assert_eq!((lowest_bit(0.0), lowest_bit(-0.0)), (None, None));
     }
 
     #[test]
@@ -260,62 +250,24 @@ mod tests {
     }
 
     #[test]
-    fn decimal_text_is_recognised_with_the_fewest_digits() {
-        for (values, digits) in [
-            (vec![0.0, 1.0, -25.0], 0),
-            (vec![0.1, 0.7, -3.2], 1),
-            (vec![0.123456, -0.654321, 0.000001], 6),
-            (vec![0.000000001, 0.012345678], 9),
-        ] {
-            let mesh = coordinates(&values);
-            let precision = detect_grid(&mesh).unwrap();
-            assert!(matches!(precision, Precision::Decimal { exponent, .. } if exponent == digits));
-            assert_exact(&mesh, &precision);
-        }
-    }
-
-    #[test]
-    fn the_grid_with_fewer_steps_wins() {
-        // Eighths need three decimal digits, that is 1000 steps a unit instead of 8.
-        let mesh = coordinates(&[0.125, 0.875, -4.0]);
-        let precision = detect_grid(&mesh).unwrap();
-        assert_eq!(precision, Precision::Binary { exponent: -3, origin: [-32, 0, 1] });
-        assert_exact(&mesh, &precision);
-        // Thousands: a coarser binary step than 1 exists, a coarser decimal one does not.
-        let mesh = coordinates(&[1024.0, 4096.0]);
-        assert!(matches!(detect_grid(&mesh), Some(Precision::Binary { exponent: 10, .. })));
-    }
-
-    #[test]
-    fn grids_are_found_at_the_ends_of_the_floats() {
-        for values in [
-            &[TINY, 3.0 * TINY, -TINY][..],
-            &[f32::MAX, f32::MIN],
-            &[f32::MAX; 2],
-            &[2f32.powi(127), -(2f32.powi(127)), 0.0],
-            &[f32::MIN_POSITIVE, 0.0],
-            &[-0.0, 0.0],
-            &[-0.0],
-        ] {
-            let mesh = points(&values.iter().map(|&v| [v; 3]).collect::<Vec<_>>());
-            // f32::MAX against f32::MIN takes 25 bits, one too many.
-            match detect_grid(&mesh) {
-                Some(precision) => assert_exact(&mesh, &precision),
-                None => assert_eq!(values, [f32::MAX, f32::MIN]),
+    fn decimal_numbers_return_from_their_indices() {
+        for exponent in 0..=9u8 {
+            for index in [0i64, 1, -1, 5, 123_456, -7_999_999] {
+                assert_eq!(decimal_index(decimal_value(index, exponent), exponent), index);
             }
         }
-        assert_eq!(detect_grid(&points(&[])), Some(Precision::Decimal { exponent: 0, origin: [0; 3] }));
+        assert_eq!(decimal_value(123_456, 6), 0.123_456);
+        assert_eq!((decimal_index(-0.0, 3), decimal_value(0, 3).to_bits()), (0, 0));
+        assert_eq!((decimal_index(f32::MAX, 9), decimal_index(f32::MIN, 9)), (i64::MAX, i64::MIN));
     }
 
     #[test]
-    fn no_grid_is_claimed_where_none_is() {
-        let third = coordinates(&[1.0 / 3.0, 1e-9, 100.0]);
-        assert_eq!(detect_grid(&third), None);
-        assert_eq!(detect_grid(&coordinates(&[f32::MAX, TINY])), None);
-        // A grid of 2^24 + 1 steps is too wide, one of 2^24 is not.
-        let wide = coordinates(&[-1.0, ((1 << 24) - 1) as f32, 0.0]);
-        assert!(detect_grid(&wide).is_some());
-        assert_eq!(detect_grid(&coordinates(&[-2.0, ((1 << 24) - 1) as f32, 1.0])), None);
+    fn a_decimal_lattice_without_its_last_digits_has_the_nearest_point() {
+        let precision = Precision::Decimal { exponent: 3, digits: 2, origin: [-1000, 0, 5] };
+        let lattice = Lattice::new(&precision);
+        assert_eq!(lattice.quantise([0.049, 0.05, 0.054]), [10, 1, 0]);
+        assert_eq!(lattice.quantise([-0.051, -0.05, 0.055]), [9, 0, 1]);
+        assert_eq!(lattice.value([10, 1, 1]), [0.0, 0.1, 0.105]);
     }
 
     #[test]
@@ -391,19 +343,9 @@ mod tests {
             n in prop::collection::vec(-8_000_000i32..8_000_000, 3..30), k in 0usize..=9
         ) {
             let values: Vec<f32> = n.iter().map(|&n| (f64::from(n) / POWERS_OF_TEN[k]) as f32).collect();
-            let mesh = coordinates(&values);
-            let precision = detect_grid(&mesh).unwrap();
-            assert_exact(&mesh, &precision);
-        }
-
-        #[test]
-        fn whatever_grid_is_detected_is_exact(bits in prop::collection::vec(any::<u32>(), 1..6)) {
-            let values: Vec<f32> = bits.iter().map(|&b| f32::from_bits(b)).filter(|v| v.is_finite()).collect();
-            prop_assume!(!values.is_empty());
-            let mesh = coordinates(&values);
-            if let Some(precision) = detect_grid(&mesh) {
-                assert_exact(&mesh, &precision);
-            }
+            let low = i64::from(*n.iter().min().unwrap());
+            let precision = Precision::Decimal { exponent: k as u8, digits: 0, origin: [low; 3] };
+            assert_exact(&points(&values.iter().map(|&v| [v; 3]).collect::<Vec<_>>()), &precision);
         }
     }
 }

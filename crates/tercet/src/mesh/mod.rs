@@ -10,7 +10,8 @@ mod surface;
 
 pub(crate) use cut::{Cut, cut};
 pub(crate) use lattice::{
-    Lattice, binary_origin, bounds, box_lattice, decimal_index, decimal_step, decimal_value, refined_grid,
+    Lattice, binary_origin, bounds, box_lattice, decimal_index, decimal_step, decimal_value, power_of_two,
+    refined_grid,
 };
 pub(crate) use surface::{NONE, Surface, next, prev};
 

@@ -2,9 +2,9 @@
 //!
 //! Text with so many *significant* digits has more decimals the smaller a coordinate is. The levels
 //! lie on the grid of the greatest coordinates; the digits below it follow here, where the
-//! magnitude of a coordinate tells how many of them are zeros. Planes parallel to an axis repeat
-//! a coordinate: the digits of the vertex that was last at the same place on the axis are tried
-//! first.
+//! magnitude of a coordinate tells how many of them are zeros. Planes across an axis repeat a
+//! coordinate, and symmetric shapes repeat it with the other sign: the digits of the vertex that
+//! was last at the same place on the axis, or at its mirror image, are tried first.
 
 use crate::coding::model::BitModel;
 use crate::entropy::Coder;
@@ -12,8 +12,10 @@ use crate::mesh::{decimal_index, decimal_step, decimal_value};
 
 /// Numbers of digits that an index can have.
 pub(super) const DECADES: usize = 20;
-/// Places on an axis that are remembered.
-const PLACES: usize = 1 << 14;
+/// Most digits that the levels can lack.
+pub(super) const MAX_DIGITS: u8 = 5;
+/// Binary logarithms of the least and greatest number of places on an axis that are remembered.
+const PLACES: [u32; 2] = [8, 16];
 
 /// Digits that the levels lack, of every coordinate of a mesh.
 pub(super) struct Digits {
@@ -21,23 +23,26 @@ pub(super) struct Digits {
     digits: u8,
     step: i64,
     origin: [i64; 3],
-    /// By axis and the low bits of the lattice coordinate: a coordinate and the digits that it had.
-    seen: Vec<Option<(i32, u32)>>,
+    places: usize,
+    /// By axis and the low bits of the place: a place without its sign and its rest.
+    seen: Vec<Option<(u64, u32)>>,
     same: BitModel<2>,
     digit: BitModel<2>,
 }
 
 impl Digits {
-    pub fn new(exponent: u8, digits: u8, origin: [i64; 3]) -> Self {
+    pub fn new(exponent: u8, digits: u8, origin: [i64; 3], vertices: usize) -> Self {
+        let places = 1 << (usize::BITS - vertices.leading_zeros()).clamp(PLACES[0], PLACES[1]);
         let nodes = usize::from(digits) << 4;
         Digits {
             exponent,
             digits,
             step: decimal_step(digits),
             origin,
-            seen: vec![None; if digits == 0 { 0 } else { 3 * PLACES }],
+            places,
+            seen: vec![None; if digits == 0 { 0 } else { 3 * places }],
             same: BitModel::new([DECADES, 3], 1, 300),
-            digit: BitModel::new([DECADES * nodes, 3 * nodes], 3, 200),
+            digit: BitModel::new([DECADES * nodes, 3 * nodes], MAX_DIGITS.into(), 200),
         }
     }
 
@@ -47,20 +52,24 @@ impl Digits {
         let rest = known.map_or(0, |x| {
             decimal_index(x, self.exponent).wrapping_sub(self.origin[axis]).rem_euclid(self.step)
         });
-        let rest = i64::from(if self.digits == 0 { 0 } else { self.rest(coder, axis, q, index, rest as u32) });
+        let rest = i64::from(if self.digits == 0 { 0 } else { self.rest(coder, axis, index, rest as u32) });
         // The lattice point is the nearest one: the upper half of the rests lies below it.
         let rest = if 2 * rest < self.step { rest } else { rest - self.step };
         decimal_value(index.saturating_add(rest), self.exponent)
     }
 
-    fn rest<C: Coder>(&mut self, coder: &mut C, axis: usize, q: i32, index: i64, wanted: u32) -> u32 {
+    fn rest<C: Coder>(&mut self, coder: &mut C, axis: usize, index: i64, wanted: u32) -> u32 {
+        let place = Place::new(index);
         let decade = decade(index);
-        let slot = axis * PLACES + (q as usize & (PLACES - 1));
-        if let Some((place, rest)) = self.seen[slot]
-            && place == q
-            && self.same.code(coder, rest == wanted, 0, [decade, axis])
+        let magnitude = index.unsigned_abs();
+        let slot = axis * self.places + (magnitude / self.step as u64) as usize % self.places;
+        if let Some((at, rest)) = self.seen[slot]
+            && at == magnitude
         {
-            return rest;
+            let rest = place.mirrored(rest.into(), self.step) as u32;
+            if self.same.code(coder, rest == wanted, 0, [decade, axis]) {
+                return rest;
+            }
         }
         let mut rest = 0;
         for k in (0..usize::from(self.digits)).rev() {
@@ -73,8 +82,24 @@ impl Digits {
             // Only a damaged file has digits above 9.
             rest = rest * 10 + (node as u32 & 15).min(9);
         }
-        self.seen[slot] = Some((q, rest));
+        self.seen[slot] = Some((magnitude, place.mirrored(rest.into(), self.step) as u32));
         rest
+    }
+}
+
+/// A lattice point on an axis.
+pub(super) struct Place {
+    pub index: i64,
+}
+
+impl Place {
+    pub fn new(index: i64) -> Self {
+        Place { index }
+    }
+
+    /// From the rest at this place to that at the place without its sign, or back.
+    pub fn mirrored(&self, rest: i64, step: i64) -> i64 {
+        if self.index < 0 { (step - rest) % step } else { rest }
     }
 }
 

@@ -34,7 +34,7 @@ pub(super) fn code<C: Coder>(
     match *precision {
         Precision::Lattice { .. } => Err(damaged("the precision is that of a lattice")),
         Precision::Decimal { exponent, digits, origin } => {
-            let mut digits = Digits::new(exponent, digits, origin);
+            let mut digits = Digits::new(exponent, digits, origin, points.len());
             let expected = |coder: &mut C, v: usize, axis: usize| {
                 digits.code(coder, axis, points[v][axis], known.get(v).map(|p| p[axis]))
             };
