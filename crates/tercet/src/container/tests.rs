@@ -82,7 +82,7 @@ fn with_header(header: &[u8]) -> Vec<u8> {
 
 /// The header of a triangle's file up to its section table: order not kept, a decimal
 /// lattice of 2 digits with its origin at (0, −1, 1), 3 vertices, 1 face.
-const TRIANGLE: [u8; 9] = [0, 1, 1, 2, 0, 1, 2, 3, 1];
+const TRIANGLE: [u8; 10] = [0, 1, 1, 2, 0, 0, 1, 2, 3, 1];
 
 /// [`TRIANGLE`] followed by the given section table.
 fn with_table(table: &[&[u8]]) -> Vec<u8> {
@@ -397,7 +397,7 @@ fn precisions() -> impl Strategy<Value = Precision> {
             origin,
             side
         }),
-        (0..=9u8, 0..=3u8, origin()).prop_map(|(exponent, digits, origin)| Precision::Decimal {
+        (0..=9u8, 0..=5u8, origin()).prop_map(|(exponent, digits, origin)| Precision::Decimal {
             exponent,
             digits,
             origin

@@ -59,14 +59,13 @@ impl Digits {
     }
 
     fn rest<C: Coder>(&mut self, coder: &mut C, axis: usize, index: i64, wanted: u32) -> u32 {
-        let place = Place::new(index);
         let decade = decade(index);
         let magnitude = index.unsigned_abs();
         let slot = axis * self.places + (magnitude / self.step as u64) as usize % self.places;
         if let Some((at, rest)) = self.seen[slot]
             && at == magnitude
         {
-            let rest = place.mirrored(rest.into(), self.step) as u32;
+            let rest = mirrored(rest.into(), index, self.step) as u32;
             if self.same.code(coder, rest == wanted, 0, [decade, axis]) {
                 return rest;
             }
@@ -82,25 +81,14 @@ impl Digits {
             // Only a damaged file has digits above 9.
             rest = rest * 10 + (node as u32 & 15).min(9);
         }
-        self.seen[slot] = Some((magnitude, place.mirrored(rest.into(), self.step) as u32));
+        self.seen[slot] = Some((magnitude, mirrored(rest.into(), index, self.step) as u32));
         rest
     }
 }
 
-/// A lattice point on an axis.
-pub(super) struct Place {
-    pub index: i64,
-}
-
-impl Place {
-    pub fn new(index: i64) -> Self {
-        Place { index }
-    }
-
-    /// From the rest at this place to that at the place without its sign, or back.
-    pub fn mirrored(&self, rest: i64, step: i64) -> i64 {
-        if self.index < 0 { (step - rest) % step } else { rest }
-    }
+/// From the rest at a lattice point to that at the point without its sign, or back.
+pub(super) fn mirrored(rest: i64, index: i64, step: i64) -> i64 {
+    if index < 0 { (step - rest) % step } else { rest }
 }
 
 /// The number of decimal digits of an index; 0 for 0.

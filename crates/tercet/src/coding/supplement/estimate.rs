@@ -6,7 +6,7 @@
 //! leaves, and the section's symbols are tallied as its models would. The arithmetic is that of
 //! integers and of single `f64` operations, so that a mesh has one file everywhere.
 
-use super::digits::{DECADES, MAX_DIGITS, Place, decade};
+use super::digits::{DECADES, MAX_DIGITS, decade, mirrored};
 use super::exactness::{EXPONENTS, cell, exponent_bits, number_of};
 use crate::Precision;
 use crate::entropy::log2_fixed;
@@ -14,6 +14,7 @@ use crate::mesh::{
     Lattice, Mesh, binary_origin, bounds, decimal_index, decimal_step, decimal_value, power_of_two,
     refined_grid,
 };
+use std::collections::HashMap;
 
 /// Coordinates that are looked at: about so many, and at most three times as many.
 const SAMPLE: usize = 20_000;
@@ -186,10 +187,11 @@ fn digits_cost(indices: &[(usize, i64)], digits: u8, origin: [i64; 3]) -> i64 {
     let mut cost = 0;
     for &(axis, index) in indices {
         let rest = (index - origin[axis]).rem_euclid(step);
-        let place = Place::new(index - if 2 * rest < step { rest } else { rest - step });
-        let decade = decade(place.index);
-        if let Some(before) = seen.insert((axis, place.index.unsigned_abs()), place.mirrored(rest, step)) {
-            let again = before == place.mirrored(rest, step);
+        let point = index - if 2 * rest < step { rest } else { rest - step };
+        let held = mirrored(rest, point, step);
+        let decade = decade(point);
+        if let Some(before) = seen.insert((axis, point.unsigned_abs()), held) {
+            let again = before == held;
             cost += same[decade].cost(usize::from(!again));
             if again {
                 continue;
