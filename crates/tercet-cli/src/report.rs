@@ -93,8 +93,12 @@ pub fn precision(precision: &Precision) -> String {
             let step = side / ((1u64 << bits) - 1) as f64;
             format!("{bits} bits along the longest side: steps of {step:.6e}")
         }
-        Precision::Decimal { exponent: 0, .. } => "exact: integers".into(),
-        Precision::Decimal { exponent, .. } => format!("exact: multiples of 10^-{exponent}"),
+        Precision::Decimal { exponent: 0, digits: 0, .. } => "exact: integers".into(),
+        Precision::Decimal { exponent, digits: 0, .. } => format!("exact: multiples of 10^-{exponent}"),
+        Precision::Decimal { exponent, digits, .. } => {
+            let step = i32::from(*digits) - i32::from(*exponent);
+            format!("exact: levels in steps of 10^{step}, then {exponent} decimals")
+        }
         Precision::Binary { exponent, .. } => format!("exact: multiples of 2^{exponent}"),
         Precision::Refined { exponent, .. } => {
             format!("exact: levels in steps of 2^{exponent}, then every bit")

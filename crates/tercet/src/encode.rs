@@ -5,10 +5,10 @@ use crate::coding::{Levels, Point};
 use crate::container::{self, LevelEntry, LevelKind, Outline, Supplement, UpdateRule};
 use crate::decode::Info;
 use crate::entropy::Encoder;
-use crate::mesh::{Cut, Lattice, Mesh, box_lattice, cut, detect_grid, next, prev, refined_grid};
+use crate::mesh::{Cut, Lattice, Mesh, box_lattice, cut, next, prev};
 use crate::metrics::LevelErrors;
 use crate::reverse::{Hierarchy, Reduction, StepKind, lift};
-use crate::{Error, Limits, Precision, Result, Update};
+use crate::{Error, Limits, Result, Update};
 
 /// What to keep, and how.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -65,12 +65,16 @@ pub fn encode_with(
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Encoded> {
     mesh.check()?;
-    let precision = match options.bits {
-        Some(bits) if (4..=24).contains(&bits) => box_lattice(mesh, bits),
-        Some(bits) => return Err(Error::Parameter(format!("{bits} bits: 4 to 24 are possible"))),
-        None => detect_grid(mesh).unwrap_or_else(|| refined_grid(mesh)),
-    };
+    if let Some(bits) = options.bits
+        && !(4..=24).contains(&bits)
+    {
+        return Err(Error::Parameter(format!("{bits} bits: 4 to 24 are possible")));
+    }
     let Cut { surface, vertex_source, loose, degenerate, .. } = cut(mesh);
+    let precision = match options.bits {
+        Some(bits) => box_lattice(mesh, bits),
+        None => supplement::exact_lattice(mesh, vertex_source.len()),
+    };
     let lattice = Lattice::new(&precision);
     let virtuals = surface.virtuals as usize;
     let mut positions: Vec<Point> = vec![[0; 3]; virtuals];

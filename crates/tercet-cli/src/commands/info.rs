@@ -64,8 +64,8 @@ fn precision(precision: &Precision) -> Value {
         Precision::Lattice { bits, origin, side } => {
             json!({ "kind": "lattice", "exact": false, "bits": bits, "origin": origin, "side": side })
         }
-        Precision::Decimal { exponent, origin } => {
-            json!({ "kind": "decimal", "exact": true, "exponent": exponent, "origin": origin })
+        Precision::Decimal { exponent, digits, origin } => {
+            json!({ "kind": "decimal", "exact": true, "exponent": exponent, "digits": digits, "origin": origin })
         }
         Precision::Binary { exponent, origin } => {
             json!({ "kind": "binary", "exact": true, "exponent": exponent, "origin": origin })

@@ -23,11 +23,14 @@ pub enum Precision {
         /// The longest side of the bounding box; finite, not negative, 0 for a single point.
         side: f64,
     },
-    /// Exact: the `f32` nearest to `(origin + q) / 10^exponent`.
+    /// Exact: `(origin + q · 10^digits) / 10^exponent`, the quotient of two `f64` rounded to `f32`,
+    /// unless a section after the levels says otherwise.
     Decimal {
         /// Digits after the decimal point, 0..=9.
         exponent: u8,
-        /// Of magnitude at most 2^62.
+        /// How many of them the levels lack, 0..=5; the section has them.
+        digits: u8,
+        /// In units of the last digit; of magnitude at most 2^62.
         origin: [i64; 3],
     },
     /// Exact: `(origin + q) · 2^exponent`.
@@ -56,8 +59,8 @@ impl Precision {
                 out.extend(origin.iter().flat_map(|x| x.to_le_bytes()));
                 out.extend(side.to_le_bytes());
             }
-            Precision::Decimal { exponent, origin } => {
-                out.extend([1, exponent]);
+            Precision::Decimal { exponent, digits, origin } => {
+                out.extend([1, exponent, digits]);
                 write_origin(out, origin);
             }
             Precision::Binary { exponent, origin } => {
@@ -86,6 +89,7 @@ impl Precision {
             }
             1 => Precision::Decimal {
                 exponent: fields.byte("decimal exponent")?,
+                digits: fields.byte("decimal digits")?,
                 origin: read_origin(fields)?,
             },
             2 => Precision::Binary { exponent: read_exponent(fields)?, origin: read_origin(fields)? },
@@ -111,9 +115,12 @@ impl Precision {
                 }
                 Ok(())
             }
-            Precision::Decimal { exponent, origin } => {
+            Precision::Decimal { exponent, digits, origin } => {
                 if *exponent > 9 {
                     return Err(malformed("decimal exponent", format!("{exponent} is not in 0..=9")));
+                }
+                if *digits > 5 {
+                    return Err(malformed("decimal digits", format!("{digits} is not in 0..=5")));
                 }
                 check_origin(origin)
             }
@@ -181,10 +188,10 @@ mod tests {
             assert!(refusal(lattice(12, 0.0, side)).starts_with("lattice side: "), "{side}");
         }
         let far = (1i64 << 62) + 1;
-        assert!(
-            refusal(Precision::Decimal { exponent: 10, origin: [0; 3] }).starts_with("decimal exponent: 10")
-        );
-        assert!(refusal(Precision::Decimal { exponent: 9, origin: [0, 0, far] }).starts_with("origin: "));
+        let decimal = |exponent, digits, origin| Precision::Decimal { exponent, digits, origin };
+        assert!(refusal(decimal(10, 0, [0; 3])).starts_with("decimal exponent: 10"));
+        assert!(refusal(decimal(9, 6, [0; 3])).starts_with("decimal digits: 6"));
+        assert!(refusal(decimal(9, 0, [0, 0, far])).starts_with("origin: "));
         assert!(
             refusal(Precision::Binary { exponent: -150, origin: [0; 3] })
                 .starts_with("binary exponent: -150")
@@ -203,8 +210,8 @@ mod tests {
         for precision in [
             Precision::Lattice { bits: 4, origin: [f32::MIN, -0.0, f32::MAX], side: 0.0 },
             Precision::Lattice { bits: 24, origin: [0.0; 3], side: MAX_SIDE },
-            Precision::Decimal { exponent: 0, origin: [far, -far, 0] },
-            Precision::Decimal { exponent: 9, origin: [0; 3] },
+            Precision::Decimal { exponent: 0, digits: 0, origin: [far, -far, 0] },
+            Precision::Decimal { exponent: 9, digits: 5, origin: [0; 3] },
             Precision::Binary { exponent: -149, origin: [far, -far, 0] },
             Precision::Refined { exponent: 127, origin: [-1, 1, 0] },
         ] {

@@ -82,7 +82,7 @@ fn with_header(header: &[u8]) -> Vec<u8> {
 
 /// The header of a triangle's file up to its section table: order not kept, a decimal
 /// lattice of 2 digits with its origin at (0, −1, 1), 3 vertices, 1 face.
-const TRIANGLE: [u8; 9] = [0, 1, 1, 2, 0, 1, 2, 3, 1];
+const TRIANGLE: [u8; 10] = [0, 1, 1, 2, 0, 0, 1, 2, 3, 1];
 
 /// [`TRIANGLE`] followed by the given section table.
 fn with_table(table: &[&[u8]]) -> Vec<u8> {
@@ -96,7 +96,7 @@ const BASE: &[u8] = &[1, 0, 0, 0, 0, 0, 0, 3, 1, 0, 0];
 fn a_tiny_file_has_these_bytes() {
     let outline = Outline {
         order_kept: false,
-        precision: Precision::Decimal { exponent: 2, origin: [0, -1, 1] },
+        precision: Precision::Decimal { exponent: 2, digits: 0, origin: [0, -1, 1] },
         vertices: 3,
         faces: 1,
         levels: vec![level(LevelKind::Base, 3, 1, 0.0)],
@@ -106,10 +106,10 @@ fn a_tiny_file_has_these_bytes() {
     let golden = [
         &[0x8A, b'T', b'C', b'T'][..], // magic
         &[1],                          // format version
-        &[27],                         // header length
+        &[28],                         // header length
         &[0],                          // flags: the order is not kept
         &[1],                          // streams in a level
-        &[1, 2],                       // precision: decimal, 2 digits
+        &[1, 2, 0],                    // precision: decimal, 2 digits, all of them in the levels
         &[0, 1, 2],                    //   origin 0, −1, 1
         &[3, 1],                       // vertices and faces of the original
         &[2],                          // sections
@@ -131,7 +131,7 @@ fn a_tiny_file_has_these_bytes() {
 }
 
 /// Checksum of the golden file's header, as printed in the format document.
-const HEADER_CRC: [u8; 4] = [0x2B, 0xC8, 0xE5, 0x89];
+const HEADER_CRC: [u8; 4] = [0xFE, 0xFA, 0xAE, 0x14];
 
 #[test]
 fn sections_lie_end_to_end_behind_the_header() {
@@ -377,7 +377,7 @@ fn an_outline_that_breaks_a_rule_is_not_written() {
     refused(Outline { vertices: u32::MAX, ..good.clone() });
     refused(Outline { levels: vec![level(LevelKind::Base, 0, 0, f32::NAN)], ..good.clone() });
     refused(Outline { supplements: vec![Supplement::Optional(127)], ..good.clone() });
-    refused(Outline { precision: Precision::Decimal { exponent: 10, origin: [0; 3] }, ..good });
+    refused(Outline { precision: Precision::Decimal { exponent: 10, digits: 0, origin: [0; 3] }, ..good });
 }
 
 #[test]
@@ -397,7 +397,11 @@ fn precisions() -> impl Strategy<Value = Precision> {
             origin,
             side
         }),
-        (0..=9u8, origin()).prop_map(|(exponent, origin)| Precision::Decimal { exponent, origin }),
+        (0..=9u8, 0..=5u8, origin()).prop_map(|(exponent, digits, origin)| Precision::Decimal {
+            exponent,
+            digits,
+            origin
+        }),
         (-149..=127i16, origin()).prop_map(|(exponent, origin)| Precision::Binary { exponent, origin }),
         (-149..=127i16, origin()).prop_map(|(exponent, origin)| Precision::Refined { exponent, origin }),
     ]

@@ -7,8 +7,6 @@
 use super::Mesh;
 use crate::Precision;
 
-/// Widest extent, in steps, of a grid that is coded as it is.
-const MAX_EXTENT: i64 = 1 << 24;
 /// The lattice below the exact bits has at most 2^REFINED_BITS steps along its longest side.
 const REFINED_BITS: i32 = 22;
 /// Bits of the largest lattice index in the file.
@@ -27,8 +25,8 @@ const POWERS_OF_TEN: [f64; 10] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1
 pub(crate) enum Lattice {
     /// Points `origin + q · step`, `0 ≤ q ≤ top`, of a box with longest side `side`.
     Box { origin: [f64; 3], side: f64, step: f64, top: f64 },
-    /// Points `(origin + q) / scale`; a position belongs to the nearest one.
-    Decimal { scale: f64, origin: [i64; 3] },
+    /// Points `(origin + q · step) / 10^exponent`; a position belongs to the nearest one.
+    Decimal { exponent: u8, step: i64, origin: [i64; 3] },
     /// Points `(origin + q) · step`; a position belongs to the greatest one that is not above it.
     Binary { step: f64, origin: [i64; 3] },
 }
@@ -41,8 +39,8 @@ impl Lattice {
                 let top = ((1u64 << bits.min(32)) - 1) as f64;
                 Lattice::Box { origin: origin.map(f64::from), side, step: side / top, top }
             }
-            Precision::Decimal { exponent, origin } => {
-                Lattice::Decimal { scale: POWERS_OF_TEN[usize::from(exponent.min(9))], origin }
+            Precision::Decimal { exponent, digits, origin } => {
+                Lattice::Decimal { exponent, step: decimal_step(digits), origin }
             }
             Precision::Binary { exponent, origin } | Precision::Refined { exponent, origin } => {
                 let exponent = i32::from(exponent).clamp(LEAST_EXPONENT, GREATEST_EXPONENT);
@@ -53,10 +51,7 @@ impl Lattice {
 
     /// The lattice point of `position`: exact on a grid that the position lies on.
     pub fn quantise(&self, position: [f32; 3]) -> [i32; 3] {
-        let relative = |axis: usize, index: f64, origin: &[i64; 3]| {
-            let q = floor(index).saturating_sub(origin[axis]);
-            q.clamp(i32::MIN.into(), i32::MAX.into()) as i32
-        };
+        let clamped = |q: i64| q.clamp(i32::MIN.into(), i32::MAX.into()) as i32;
         std::array::from_fn(|axis| {
             let x = f64::from(position[axis]);
             match self {
@@ -64,8 +59,11 @@ impl Lattice {
                 Lattice::Box { origin, side, top, .. } => {
                     floor(((x - origin[axis]) * top / side + 0.5).clamp(0.0, *top)) as i32
                 }
-                Lattice::Decimal { scale, origin } => relative(axis, x * scale + 0.5, origin),
-                Lattice::Binary { step, origin } => relative(axis, x / step, origin),
+                Lattice::Decimal { exponent, step, origin } => {
+                    let index = decimal_index(position[axis], *exponent).saturating_add(step / 2);
+                    clamped(index.saturating_sub(origin[axis]).div_euclid(*step))
+                }
+                Lattice::Binary { step, origin } => clamped(floor(x / step).saturating_sub(origin[axis])),
             }
         })
     }
@@ -73,12 +71,12 @@ impl Lattice {
     /// The position that the lattice point `q` stands for; finite and never −0.
     pub fn value(&self, q: [i32; 3]) -> [f32; 3] {
         std::array::from_fn(|axis| {
-            let index = |origin: &[i64; 3]| origin[axis].saturating_add(q[axis].into()) as f64;
-            finite(match self {
-                Lattice::Box { origin, step, .. } => origin[axis] + f64::from(q[axis]) * step,
-                Lattice::Decimal { scale, origin } => index(origin) / scale,
-                Lattice::Binary { step, origin } => index(origin) * step,
-            })
+            let index = |origin: &[i64; 3], step: i64| origin[axis].saturating_add(i64::from(q[axis]) * step);
+            match self {
+                Lattice::Box { origin, step, .. } => finite(origin[axis] + f64::from(q[axis]) * step),
+                Lattice::Decimal { exponent, step, origin } => decimal_value(index(origin, *step), *exponent),
+                Lattice::Binary { step, origin } => finite(index(origin, 1) as f64 * step),
+            }
         })
     }
 }
@@ -91,80 +89,48 @@ pub(crate) fn box_lattice(mesh: &Mesh, bits: u8) -> Precision {
     Precision::Lattice { bits, origin: low.map(|x| x + 0.0), side }
 }
 
-/// The decimal or binary grid that every coordinate of `mesh` lies on, if one of at most
-/// 2^24 steps does: the one with fewer steps. Signs of zeros are left to the caller.
-///
-/// Linear time: at most ten passes, which end at the first coordinate that does not fit.
-pub(crate) fn detect_grid(mesh: &Mesh) -> Option<Precision> {
-    let decimal = decimal_grid(mesh);
-    let binary = binary_grid(mesh);
-    match (decimal, binary) {
-        (Some((extent, _)), Some((finer, binary))) if finer < extent => Some(binary),
-        (Some((_, decimal)), _) => Some(decimal),
-        (None, binary) => binary.map(|(_, precision)| precision),
-    }
-}
-
-/// The finest lattice of power-of-two step with at most 2^22 steps along the longest side,
-/// for levels whose exact bits follow later. Indices stay within 2^62.
+/// The finest lattice of power-of-two step with at most 2^22 steps along the longest side whose
+/// indices stay within 2^62.
 pub(crate) fn refined_grid(mesh: &Mesh) -> Precision {
     let (low, high) = bounds(mesh);
     let side = longest_side(low, high);
-    let farthest = low.iter().chain(&high).fold(0.0, |far: f64, &x| far.max(f64::from(x).abs()));
-    let exponent = (LEAST_EXPONENT..GREATEST_EXPONENT)
-        .find(|&e| side <= power_of_two(e + REFINED_BITS) && farthest < power_of_two(e + INDEX_BITS))
+    let exponent = (LEAST_EXPONENT..=GREATEST_EXPONENT)
+        .find(|&e| side <= power_of_two(e + REFINED_BITS) && binary_origin(mesh, e).is_some())
         .unwrap_or(GREATEST_EXPONENT);
-    let step = power_of_two(exponent);
-    Precision::Refined { exponent: exponent as i16, origin: low.map(|x| floor(f64::from(x) / step)) }
+    let origin = binary_origin(mesh, exponent).unwrap_or([0; 3]);
+    Precision::Refined { exponent: exponent as i16, origin }
 }
 
-/// The coarsest decimal grid that holds every coordinate, with its extent in steps.
-fn decimal_grid(mesh: &Mesh) -> Option<(i64, Precision)> {
-    let coordinates = || mesh.positions.as_flattened().iter();
-    let exponent = (0..POWERS_OF_TEN.len()).find(|&k| {
-        let scale = POWERS_OF_TEN[k];
-        coordinates().all(|&v| {
-            // 24 bits of v and 21 of 5^9: the product is exact. Beyond 2^62 lies no grid of ours.
-            let index = f64::from(v) * scale;
-            index.abs() < power_of_two(INDEX_BITS) && (floor(index + 0.5) as f64 / scale) as f32 == v
-        })
-    })?;
-    let scale = POWERS_OF_TEN[exponent];
-    let (extent, origin) = extent(mesh, |v| floor(v * scale + 0.5))?;
-    Some((extent, Precision::Decimal { exponent: exponent as u8, origin }))
-}
-
-/// The coarsest binary grid that holds every coordinate, with its extent in steps.
-fn binary_grid(mesh: &Mesh) -> Option<(i64, Precision)> {
-    let exponent = mesh.positions.as_flattened().iter().filter_map(|&v| lowest_bit(v)).min().unwrap_or(0);
-    let step = power_of_two(exponent);
-    let (low, high) = bounds(mesh);
-    if low.iter().chain(&high).any(|&x| (f64::from(x) / step).abs() >= power_of_two(INDEX_BITS)) {
+/// The index on the lattice of step 2^`exponent` of the least coordinate on each axis, if
+/// 2^`exponent` is an `f32` and the indices of all coordinates stay within 2^62.
+pub(crate) fn binary_origin(mesh: &Mesh, exponent: i32) -> Option<[i64; 3]> {
+    if !(LEAST_EXPONENT..=GREATEST_EXPONENT).contains(&exponent) {
         return None;
     }
-    let (extent, origin) = extent(mesh, |v| floor(v / step))?;
-    Some((extent, Precision::Binary { exponent: exponent as i16, origin }))
-}
-
-/// The number of steps along the longest side and the least index on each axis; `None` if
-/// there are too many steps.
-fn extent(mesh: &Mesh, index: impl Fn(f64) -> i64) -> Option<(i64, [i64; 3])> {
-    // Both indices are monotonic in the coordinate, so the box's corners have the extremes.
     let (low, high) = bounds(mesh);
-    let origin = low.map(|x| index(f64::from(x)));
-    let steps = (0..3).map(|axis| index(f64::from(high[axis])) - origin[axis]).max()?;
-    (steps <= MAX_EXTENT).then_some((steps, origin))
+    let far = power_of_two(exponent + INDEX_BITS);
+    let fit = low.iter().chain(&high).all(|&x| f64::from(x).abs() < far);
+    fit.then(|| low.map(|x| floor(f64::from(x) / power_of_two(exponent))))
 }
 
-/// The exponent of the lowest set bit of `v`; `None` for zero.
-fn lowest_bit(v: f32) -> Option<i32> {
-    let fraction = v.to_bits() & 0x7f_ffff;
-    let biased = (v.to_bits() >> 23 & 0xff) as i32;
-    match (biased, fraction) {
-        (0, 0) => None,
-        (0, _) => Some(LEAST_EXPONENT + fraction.trailing_zeros() as i32),
-        _ => Some(LEAST_EXPONENT + biased - 1 + (fraction | 1 << 23).trailing_zeros() as i32),
-    }
+/// The integer nearest to `x` · 10^`exponent`, clamped to `i64`: the floor of the product, which is
+/// exact below 2^52, and a half.
+pub(crate) fn decimal_index(x: f32, exponent: u8) -> i64 {
+    floor(f64::from(x) * power_of_ten(exponent) + 0.5)
+}
+
+/// `index` / 10^`exponent`, the quotient of two `f64` rounded to a finite `f32`; never −0.
+pub(crate) fn decimal_value(index: i64, exponent: u8) -> f32 {
+    finite(index as f64 / power_of_ten(exponent))
+}
+
+/// Units of the last digit in a step of a lattice that lacks `digits` digits.
+pub(crate) fn decimal_step(digits: u8) -> i64 {
+    10i64.pow(digits.min(9).into())
+}
+
+fn power_of_ten(exponent: u8) -> f64 {
+    POWERS_OF_TEN[usize::from(exponent.min(9))]
 }
 
 /// The least and greatest coordinate on each axis; zeros for a mesh without vertices.
@@ -198,7 +164,7 @@ fn floor(x: f64) -> i64 {
 }
 
 /// 2^`exponent`, for −1022 ≤ `exponent` ≤ 1023.
-fn power_of_two(exponent: i32) -> f64 {
+pub(crate) fn power_of_two(exponent: i32) -> f64 {
     f64::from_bits(((1023 + exponent) as u64) << 52)
 }
 
@@ -211,11 +177,6 @@ mod tests {
 
     fn points(positions: &[[f32; 3]]) -> Mesh {
         Mesh { positions: positions.to_vec(), faces: Vec::new() }
-    }
-
-    /// Coordinates that lie on a line, spread over the axes in turn.
-    fn coordinates(values: &[f32]) -> Mesh {
-        points(&values.iter().map(|&v| [v, 0.0, values[0]]).collect::<Vec<_>>())
     }
 
     fn assert_exact(mesh: &Mesh, precision: &Precision) {
@@ -236,11 +197,6 @@ mod tests {
             assert_eq!(floor(x) as f64, x.floor());
         }
         assert_eq!((floor(f64::INFINITY), floor(f64::NEG_INFINITY)), (i64::MAX, i64::MIN));
-        for (v, e) in [(1.0, 0), (3.0, 0), (-6.0, 1), (0.75, -2), (TINY, -149), (f32::MAX, 104)] {
-            assert_eq!(lowest_bit(v), Some(e), "{v}");
-        }
-        assert_eq!((lowest_bit(f32::MIN_POSITIVE), lowest_bit(2f32.powi(127))), (Some(-126), Some(127)));
-        assert_eq!((lowest_bit(0.0), lowest_bit(-0.0)), (None, None));
     }
 
     #[test]
@@ -294,62 +250,24 @@ mod tests {
     }
 
     #[test]
-    fn decimal_text_is_recognised_with_the_fewest_digits() {
-        for (values, digits) in [
-            (vec![0.0, 1.0, -25.0], 0),
-            (vec![0.1, 0.7, -3.2], 1),
-            (vec![0.123456, -0.654321, 0.000001], 6),
-            (vec![0.000000001, 0.012345678], 9),
-        ] {
-            let mesh = coordinates(&values);
-            let precision = detect_grid(&mesh).unwrap();
-            assert!(matches!(precision, Precision::Decimal { exponent, .. } if exponent == digits));
-            assert_exact(&mesh, &precision);
-        }
-    }
-
-    #[test]
-    fn the_grid_with_fewer_steps_wins() {
-        // Eighths need three decimal digits, that is 1000 steps a unit instead of 8.
-        let mesh = coordinates(&[0.125, 0.875, -4.0]);
-        let precision = detect_grid(&mesh).unwrap();
-        assert_eq!(precision, Precision::Binary { exponent: -3, origin: [-32, 0, 1] });
-        assert_exact(&mesh, &precision);
-        // Thousands: a coarser binary step than 1 exists, a coarser decimal one does not.
-        let mesh = coordinates(&[1024.0, 4096.0]);
-        assert!(matches!(detect_grid(&mesh), Some(Precision::Binary { exponent: 10, .. })));
-    }
-
-    #[test]
-    fn grids_are_found_at_the_ends_of_the_floats() {
-        for values in [
-            &[TINY, 3.0 * TINY, -TINY][..],
-            &[f32::MAX, f32::MIN],
-            &[f32::MAX; 2],
-            &[2f32.powi(127), -(2f32.powi(127)), 0.0],
-            &[f32::MIN_POSITIVE, 0.0],
-            &[-0.0, 0.0],
-            &[-0.0],
-        ] {
-            let mesh = points(&values.iter().map(|&v| [v; 3]).collect::<Vec<_>>());
-            // f32::MAX against f32::MIN takes 25 bits, one too many.
-            match detect_grid(&mesh) {
-                Some(precision) => assert_exact(&mesh, &precision),
-                None => assert_eq!(values, [f32::MAX, f32::MIN]),
+    fn decimal_numbers_return_from_their_indices() {
+        for exponent in 0..=9u8 {
+            for index in [0i64, 1, -1, 5, 123_456, -7_999_999] {
+                assert_eq!(decimal_index(decimal_value(index, exponent), exponent), index);
             }
         }
-        assert_eq!(detect_grid(&points(&[])), Some(Precision::Decimal { exponent: 0, origin: [0; 3] }));
+        assert_eq!(decimal_value(123_456, 6), 0.123_456);
+        assert_eq!((decimal_index(-0.0, 3), decimal_value(0, 3).to_bits()), (0, 0));
+        assert_eq!((decimal_index(f32::MAX, 9), decimal_index(f32::MIN, 9)), (i64::MAX, i64::MIN));
     }
 
     #[test]
-    fn no_grid_is_claimed_where_none_is() {
-        let third = coordinates(&[1.0 / 3.0, 1e-9, 100.0]);
-        assert_eq!(detect_grid(&third), None);
-        assert_eq!(detect_grid(&coordinates(&[f32::MAX, TINY])), None);
-        // A grid of 2^24 + 1 steps is too wide, one of 2^24 is not.
-        let wide = coordinates(&[-1.0, ((1 << 24) - 1) as f32, 0.0]);
-        assert!(detect_grid(&wide).is_some());
-        assert_eq!(detect_grid(&coordinates(&[-2.0, ((1 << 24) - 1) as f32, 1.0])), None);
+    fn a_decimal_lattice_without_its_last_digits_has_the_nearest_point() {
+        let precision = Precision::Decimal { exponent: 3, digits: 2, origin: [-1000, 0, 5] };
+        let lattice = Lattice::new(&precision);
+        assert_eq!(lattice.quantise([0.049, 0.05, 0.054]), [10, 1, 0]);
+        assert_eq!(lattice.quantise([-0.051, -0.05, 0.055]), [9, 0, 1]);
+        assert_eq!(lattice.value([10, 1, 1]), [0.0, 0.1, 0.105]);
     }
 
     #[test]
@@ -391,7 +309,7 @@ mod tests {
                 origin: [f32::MAX, f32::MIN, 0.0],
                 side: 2.0 * f64::from(f32::MAX),
             },
-            Precision::Decimal { exponent: 0, origin: [far, -far, 0] },
+            Precision::Decimal { exponent: 0, digits: 3, origin: [far, -far, 0] },
             Precision::Binary { exponent: 127, origin: [far, -far, 0] },
             Precision::Binary { exponent: -149, origin: [far, -far, 0] },
             Precision::Refined { exponent: 127, origin: [i64::MAX, i64::MIN, 0] },
@@ -425,19 +343,9 @@ mod tests {
             n in prop::collection::vec(-8_000_000i32..8_000_000, 3..30), k in 0usize..=9
         ) {
             let values: Vec<f32> = n.iter().map(|&n| (f64::from(n) / POWERS_OF_TEN[k]) as f32).collect();
-            let mesh = coordinates(&values);
-            let precision = detect_grid(&mesh).unwrap();
-            assert_exact(&mesh, &precision);
-        }
-
-        #[test]
-        fn whatever_grid_is_detected_is_exact(bits in prop::collection::vec(any::<u32>(), 1..6)) {
-            let values: Vec<f32> = bits.iter().map(|&b| f32::from_bits(b)).filter(|v| v.is_finite()).collect();
-            prop_assume!(!values.is_empty());
-            let mesh = coordinates(&values);
-            if let Some(precision) = detect_grid(&mesh) {
-                assert_exact(&mesh, &precision);
-            }
+            let low = i64::from(*n.iter().min().unwrap());
+            let precision = Precision::Decimal { exponent: k as u8, digits: 0, origin: [low; 3] };
+            assert_exact(&points(&values.iter().map(|&v| [v; 3]).collect::<Vec<_>>()), &precision);
         }
     }
 }

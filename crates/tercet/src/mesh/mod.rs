@@ -9,7 +9,10 @@ mod lattice;
 mod surface;
 
 pub(crate) use cut::{Cut, cut};
-pub(crate) use lattice::{Lattice, bounds, box_lattice, detect_grid, refined_grid};
+pub(crate) use lattice::{
+    Lattice, binary_origin, bounds, box_lattice, decimal_index, decimal_step, decimal_value, power_of_two,
+    refined_grid,
+};
 pub(crate) use surface::{NONE, Surface, next, prev};
 
 use crate::{Error, Result};

@@ -9,6 +9,7 @@
 //! of the floats.
 
 use super::NumberModel;
+use super::digits::Digits;
 use crate::coding::Point;
 use crate::coding::model::BitModel;
 use crate::entropy::Coder;
@@ -32,8 +33,16 @@ pub(super) fn code<C: Coder>(
 ) -> Result<Vec<[f32; 3]>> {
     match *precision {
         Precision::Lattice { .. } => Err(damaged("the precision is that of a lattice")),
-        Precision::Decimal { .. } | Precision::Binary { .. } => {
-            code_offsets(coder, &Lattice::new(precision), points, known)
+        Precision::Decimal { exponent, digits, origin } => {
+            let mut digits = Digits::new(exponent, digits, origin, points.len());
+            let expected = |coder: &mut C, v: usize, axis: usize| {
+                digits.code(coder, axis, points[v][axis], known.get(v).map(|p| p[axis]))
+            };
+            code_offsets(coder, points.len(), known, expected)
+        }
+        Precision::Binary { .. } => {
+            let lattice = Lattice::new(precision);
+            code_offsets(coder, points.len(), known, |_, v, axis| lattice.value(points[v])[axis])
         }
         Precision::Refined { exponent, origin } => {
             let mut places = Places::new();
@@ -61,35 +70,37 @@ fn damaged(cause: &str) -> Error {
 }
 
 /// Values of the bits of an exponent.
-const EXPONENTS: usize = 256;
+pub(super) const EXPONENTS: usize = 256;
 
-/// Codes how far each coordinate is from what its lattice point stands for.
+/// Codes how far the coordinates of `count` vertices are from what is `expected` of a vertex on an
+/// axis.
 fn code_offsets<C: Coder>(
     coder: &mut C,
-    lattice: &Lattice,
-    points: &[Point],
+    count: usize,
     known: &[[f32; 3]],
+    mut expected: impl FnMut(&mut C, usize, usize) -> f32,
 ) -> Result<Vec<[f32; 3]>> {
     let mut differs = BitModel::new([48, 2 * EXPONENTS], 1, 300);
     let mut offsets = NumberModel::new(EXPONENTS);
     let mut history = [0; 3];
     let mut last = 0;
-    let mut positions = Vec::with_capacity(points.len());
-    for (v, &point) in points.iter().enumerate() {
+    let mut positions = Vec::with_capacity(count);
+    for v in 0..count {
         if coder.exhausted() {
             return Err(damaged("it ends early"));
         }
-        let mut position = lattice.value(point);
+        let mut position = [0.0; 3];
         for axis in 0..3 {
-            let expected = number_of(position[axis]);
-            let offset = known.get(v).map_or(0, |p| number_of(p[axis]) - expected);
-            let exponent = (position[axis].to_bits() >> 23 & 0xff) as usize;
+            position[axis] = expected(coder, v, axis);
+            let number = number_of(position[axis]);
+            let offset = known.get(v).map_or(0, |p| number_of(p[axis]) - number);
+            let exponent = exponent_bits(position[axis]);
             let zero = (position[axis] == 0.0) as usize;
             let contexts = [(axis * 2 + zero) * 8 + history[axis], exponent * 2 + last];
             last = differs.code(coder, offset != 0, 0, contexts) as usize;
             history[axis] = (history[axis] << 1 | last) & 7;
             if last == 1 {
-                let number = expected + offsets.code_signed(coder, offset, exponent);
+                let number = number + offsets.code_signed(coder, offset, exponent);
                 if !(-LAST - 1..=LAST).contains(&number) {
                     return Err(damaged("a coordinate that is not finite"));
                 }
@@ -141,9 +152,14 @@ impl Places {
 }
 
 /// The number of a finite float: ascending, −1 for −0, 0 for 0.
-fn number_of(x: f32) -> i64 {
+pub(super) fn number_of(x: f32) -> i64 {
     let magnitude = (x.to_bits() & 0x7fff_ffff) as i64;
     if x.is_sign_negative() { -magnitude - 1 } else { magnitude }
+}
+
+/// The bits of the exponent of a float.
+pub(super) fn exponent_bits(x: f32) -> usize {
+    (x.to_bits() >> 23 & 0xff) as usize
 }
 
 /// The float of a number.
@@ -153,7 +169,7 @@ fn float_of(number: i64) -> f32 {
 
 /// The numbers of the first and last float x with `index` · 2^`exponent` ≤ x <
 /// (`index` + 1) · 2^`exponent`, if there is one.
-fn cell(index: i64, exponent: i32) -> Option<[i64; 2]> {
+pub(super) fn cell(index: i64, exponent: i32) -> Option<[i64; 2]> {
     let first = ceiling(index, exponent).max(-LAST - 1);
     let last = (ceiling(index.saturating_add(1), exponent) - 1).min(LAST);
     (first <= last).then_some([first, last])
@@ -203,7 +219,7 @@ mod tests {
 
     #[test]
     fn coordinates_near_a_decimal_grid_cost_little_and_others_come_back_too() {
-        let precision = Precision::Decimal { exponent: 6, origin: [-1_000_000; 3] };
+        let precision = Precision::Decimal { exponent: 6, digits: 0, origin: [-1_000_000; 3] };
         let lattice = Lattice::new(&precision);
         let coordinate = |i: usize| match i % 500 {
             0 => -0.0,

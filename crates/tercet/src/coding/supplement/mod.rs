@@ -10,6 +10,8 @@
 //!
 //! A section is written only if without it the mesh would be another.
 
+mod digits;
+mod estimate;
 mod exactness;
 mod graph;
 mod leftovers;
@@ -25,6 +27,7 @@ use super::{Levels, Point};
 use crate::entropy::{Coder, Decoder, Encoder};
 use crate::mesh::{Lattice, Mesh};
 use crate::{Error, Limits, Precision, Result};
+pub(crate) use estimate::exact_lattice;
 use merges::Merged;
 use number::NumberModel;
 

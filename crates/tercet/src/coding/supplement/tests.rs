@@ -1,7 +1,7 @@
 //! All sections together, on surfaces that no level has coded.
 
 use super::*;
-use crate::mesh::{box_lattice, cut, detect_grid, refined_grid};
+use crate::mesh::{box_lattice, cut, refined_grid};
 use proptest::prelude::*;
 
 /// The finest level of a mesh, numbered as the mesh was cut.
@@ -28,6 +28,10 @@ fn write_all(mesh: &Mesh, precision: &Precision, keep_order: bool) -> (Levels, S
     (levels, sections)
 }
 
+fn grid(mesh: &Mesh) -> Precision {
+    exact_lattice(mesh, mesh.positions.len())
+}
+
 fn counts(mesh: &Mesh) -> [u32; 2] {
     [mesh.positions.len() as u32, mesh.faces.len() as u32]
 }
@@ -51,6 +55,13 @@ fn assert_restored(mesh: &Mesh, precision: &Precision) {
     assert_eq!(restored.faces, mesh.faces);
 }
 
+/// The same for those vertices that lie within the lattice, and no faces.
+fn assert_restored_near(mesh: &Mesh, precision: &Precision) {
+    let near = |p: &&[f32; 3]| p.iter().all(|x| x.abs() < 20.0);
+    let positions = mesh.positions.iter().filter(near).copied().collect();
+    assert_restored(&Mesh { positions, faces: Vec::new() }, precision);
+}
+
 fn tetrahedron(a: u32, b: u32, c: u32, d: u32) -> [[u32; 3]; 4] {
     [[a, b, c], [a, d, b], [b, d, c], [a, c, d]]
 }
@@ -69,14 +80,14 @@ fn two_tetrahedra(shared: u32) -> Mesh {
 #[test]
 fn a_mesh_that_its_finest_level_holds_needs_no_section() {
     let mesh = two_tetrahedra(0);
-    let (_, sections) = write_all(&mesh, &detect_grid(&mesh).unwrap(), true);
+    let (_, sections) = write_all(&mesh, &grid(&mesh), true);
     let Supplements { exactness, merges, leftovers, order } = sections;
     assert_eq!([exactness, merges, leftovers, order], [const { None }; 4]);
 }
 
 #[test]
 fn each_kind_of_exception_has_its_section() {
-    let exact = |mesh: &Mesh| write_all(mesh, &detect_grid(mesh).unwrap(), true).1;
+    let exact = |mesh: &Mesh| write_all(mesh, &grid(mesh), true).1;
     assert!(exact(&two_tetrahedra(1)).merges.is_some());
     assert!(exact(&two_tetrahedra(2)).merges.is_some());
     let mut mesh = two_tetrahedra(0);
@@ -95,10 +106,10 @@ fn each_kind_of_exception_has_its_section() {
 fn tetrahedra_that_share_vertices_are_stitched_and_neighbours_at_one_place_are_not() {
     for shared in 0..4 {
         let mesh = two_tetrahedra(shared);
-        assert_restored(&mesh, &detect_grid(&mesh).unwrap());
+        assert_restored(&mesh, &grid(&mesh));
         // Every vertex at one place: only the source tells them apart.
         let flat = Mesh { positions: vec![[0.5; 3]; mesh.positions.len()], faces: mesh.faces };
-        assert_restored(&flat, &detect_grid(&flat).unwrap());
+        assert_restored(&flat, &grid(&flat));
     }
 }
 
@@ -111,7 +122,7 @@ fn vertices_far_from_any_surface_cost_no_more_than_their_bits() {
     };
     let positions = (0..2000).map(|_| [0; 3].map(|_| random())).collect();
     let mesh = Mesh { positions, faces: Vec::new() };
-    let (_, sections) = write_all(&mesh, &detect_grid(&mesh).unwrap(), false);
+    let (_, sections) = write_all(&mesh, &grid(&mesh), false);
     // 36 bits each, less log2(2000!) / 2000 = 9.5 for their order.
     let bytes = sections.leftovers.unwrap().len();
     assert!(bytes < 2000 * 28 / 8, "{bytes} bytes");
@@ -175,8 +186,10 @@ proptest! {
     #[test]
     fn any_soup_comes_back_in_order_and_bit_for_bit(mesh in soup(), lattice_bits in 4u8..=24) {
         assert_restored(&mesh, &refined_grid(&mesh));
-        if let Some(grid) = detect_grid(&mesh) {
-            assert_restored(&mesh, &grid);
+        assert_restored(&mesh, &grid(&mesh));
+        for digits in [0, 2, 5] {
+            let origin = [-20_000_000, -20_000_001, -20_100_000];
+            assert_restored_near(&mesh, &Precision::Decimal { exponent: 6, digits, origin });
         }
         assert_restored(&mesh, &box_lattice(&mesh, lattice_bits));
     }

@@ -91,7 +91,8 @@ fn the_error_of_a_sphere_falls_by_nearly_three_a_step() {
         faces: (0..surface.faces()).map(|f| surface.face(f)).collect(),
     };
     let errors = errors_of(&mesh, &EncodeOptions::default());
-    assert!(errors[0] < 1e-6, "{errors:?}");
+    // The finest level lies on a lattice, which the exactness section refines.
+    assert!(errors[0] < 1e-4, "{errors:?}");
     for pair in errors[1..6].windows(2) {
         let ratio = pair[1] / pair[0];
         assert!((1.8..3.5).contains(&ratio), "{ratio} in {errors:?}");
