@@ -8,7 +8,7 @@ use crate::entropy::Encoder;
 use crate::mesh::{Cut, Lattice, Mesh, box_lattice, cut, detect_grid, next, prev, refined_grid};
 use crate::metrics::LevelErrors;
 use crate::reverse::{Hierarchy, Reduction, StepKind, lift};
-use crate::{Error, Limits, Precision, Result, Update};
+use crate::{Error, Limits, Result, Update};
 
 /// What to keep, and how.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -16,4 +16,4 @@ mod mixer;
 pub(crate) use coder::{Coder, Decoder, Encoder};
 pub(crate) use counter::Counter;
 pub(crate) use logistic::{LOGIT_LIMIT, log_expm1, log2_fixed, softplus, squash, stretch};
-pub(crate) use mixer::{Mix, Mixer};
+pub(crate) use mixer::Mixer;
