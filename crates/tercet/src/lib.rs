@@ -1,9 +1,9 @@
 //! Progressive, lossless compression of triangle meshes by reverse interpolatory √3 subdivision.
 //!
-//! [`encode`] turns a [`Mesh`] into the bytes of a `.tct` file: a base mesh and levels that refine it.
-//! [`decode`] gives the mesh back; a [`Decoder`] takes the bytes in portions, any number of them, and
+//! [`encode()`] turns a [`Mesh`] into the bytes of a `.tct` file: a base mesh and levels that refine it.
+//! [`decode()`] gives the mesh back; a [`Decoder`] takes the bytes in portions, any number of them, and
 //! hands out each [`Level`] as soon as it is complete. [`io`] reads and writes other formats,
-//! [`verify`] compares meshes, [`shapes`] generates some, [`subdivide`] refines them.
+//! [`verify`] compares meshes, [`shapes`] generates some, [`subdivide()`] refines them.
 //!
 //! ```
 //! use tercet::{EncodeOptions, Limits, decode, encode, shapes};
