@@ -17,7 +17,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ("closed_adaptive", scan(60, 1), lattice),
         ("closed_sqrt3", refined(&icosahedron())?, lifted),
         ("boundary_sqrt3", refined(&grid(2, 3))?, lifted),
-        ("boundary_on_a_grid", grid(5, 4), exact),
+        ("boundary_on_a_grid", grid(4, 4), exact),
         ("boundaries_exact", annulus(8, 2), exact),
         ("defects_exact_order_kept", soup(24, 2), ordered),
     ] {
