@@ -1,10 +1,12 @@
-//! Project tasks: `cargo xtask test` runs every check, `cargo xtask bench` compares with other coders.
+//! Project tasks: `cargo xtask test` runs every check, `cargo xtask bench` compares with other coders,
+//! `cargo xtask seeds` writes the decoder's fuzz seeds anew after a change of the format.
 //!
 //! It depends on no crate of the workspace, so that it still runs when those do not compile.
 
 mod arguments;
 mod bench;
 mod process;
+mod seeds;
 mod test;
 
 use std::process::ExitCode;
@@ -12,13 +14,15 @@ use std::process::ExitCode;
 const USAGE: &str = "\
 usage: cargo xtask test  [--only STAGE,STAGE] [--fuzz-seconds N]
        cargo xtask bench [--corpus DIR] [--only MESH,MESH] [--bits 10,12,14]
-                         [--tables lattice,sqrt3,exact] [--runs N] [--write]";
+                         [--tables lattice,sqrt3,exact] [--runs N] [--write]
+       cargo xtask seeds";
 
 fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let done = match words.split_first() {
         Some((task, rest)) if task == "test" => test::run(rest),
         Some((task, rest)) if task == "bench" => bench::run(rest),
+        Some((task, rest)) if task == "seeds" => seeds::run(rest),
         _ => Err(arguments::Usage.into()),
     };
     match done {

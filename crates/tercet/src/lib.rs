@@ -1,4 +1,22 @@
 //! Progressive, lossless compression of triangle meshes by reverse interpolatory √3 subdivision.
+//!
+//! [`encode()`] turns a [`Mesh`] into the bytes of a `.tct` file: a base mesh and levels that refine it.
+//! [`decode()`] gives the mesh back; a [`Decoder`] takes the bytes in portions, any number of them, and
+//! hands out each [`Level`] as soon as it is complete. [`io`] reads and writes other formats,
+//! [`verify`] compares meshes, [`shapes`] generates some, [`subdivide()`] refines them.
+//!
+//! ```
+//! use tercet::{EncodeOptions, Limits, decode, encode, shapes};
+//!
+//! let mesh = shapes::torus(20, 10);
+//! let options = EncodeOptions { keep_order: true, ..EncodeOptions::default() };
+//! let file = encode(&mesh, &options)?.bytes;
+//! assert_eq!(decode(&file, &Limits::default())?, mesh);
+//! # Ok::<(), tercet::Error>(())
+//! ```
+//!
+//! Any mesh can be encoded and any bytes decoded: what cannot be done is an [`Error`], and nothing
+//! panics or asks for more memory than the [`Limits`] allow. Time and memory are linear in the mesh.
 
 mod coding;
 mod container;
@@ -22,3 +40,8 @@ pub use error::{Error, Result};
 pub use limits::Limits;
 pub use mesh::Mesh;
 pub use subdivide::{Update, subdivide};
+
+/// The README's Rust is compiled and run with the documentation's.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;

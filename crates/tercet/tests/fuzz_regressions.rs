@@ -29,6 +29,18 @@ fn inputs_of_the_decoder_give_a_mesh_or_an_error() {
 }
 
 #[test]
+fn files_among_the_seeds_are_of_the_present_format() {
+    let mut files = inputs(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/seeds/decode"));
+    files.retain(|(name, _)| name.ends_with(".tct"));
+    assert!(!files.is_empty());
+    for (name, bytes) in files {
+        // Old files would be refused at once, and the fuzzer would have to start from nothing.
+        let decoded = tercet::decode(&bytes, &tercet::Limits::default());
+        decoded.unwrap_or_else(|error| panic!("{name}: {error}; write it anew: cargo xtask seeds"));
+    }
+}
+
+#[test]
 fn inputs_of_the_readers_give_a_mesh_or_an_error() {
     replay("read_obj", targets::read_obj);
     replay("read_off", targets::read_off);

@@ -21,7 +21,7 @@ pub fn info(args: &args::Info, limits: &Limits, console: &Console) -> Result<Out
 /// The file's size, where it has one.
 fn size(args: &args::Info) -> Option<u64> {
     let metadata = std::fs::metadata(&args.file).ok()?;
-    (!files::is_standard(&args.file) && metadata.is_file()).then(|| metadata.len())
+    (!files::is_standard(&args.file) && metadata.is_file()).then_some(metadata.len())
 }
 
 fn as_text(info: &Info) -> String {

@@ -171,13 +171,13 @@ impl<'a> State<'a> {
         };
         let sum = cotangent(p) + cotangent(q);
         let sum = sum.clamp(-(1 << 16), 1 << 16);
-        let squashed = (sum << 8) / (256 + (90 * sum.abs() >> 8));
+        let squashed = (sum << 8) / (256 + ((90 * sum.abs()) >> 8));
         let square = |a: Point, b: Point| {
             let e = sub(a, b);
             dot(e, e).unsigned_abs() + 1
         };
         let ratio = log2_fixed(square(at(x), at(y)), 5) - log2_fixed(square(at(p), at(q)), 5);
-        (((10 * squashed >> 8) + 16).clamp(0, 31) as usize, ((2 * ratio >> 5) + 8).clamp(0, 15) as usize)
+        ((((10 * squashed) >> 8) + 16).clamp(0, 31) as usize, (((2 * ratio) >> 5) + 8).clamp(0, 15) as usize)
     }
 
     /// Replaces the expectation about an edge by its outcome.

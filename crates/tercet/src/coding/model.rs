@@ -32,16 +32,16 @@ impl<const N: usize> BitModel<N> {
     pub fn code<C: Coder>(&mut self, coder: &mut C, bit: bool, set: usize, contexts: [usize; N]) -> bool {
         let mut opinions = [0i16; 8];
         let mut at = [0usize; N];
-        for i in 0..N {
-            at[i] = self.start[i] + contexts[i];
-            opinions[i] = self.counters[at[i]].logit();
+        for (i, at) in at.iter_mut().enumerate() {
+            *at = self.start[i] + contexts[i];
+            opinions[i] = self.counters[*at].logit();
         }
         let opinions = [Opinions::new(opinions)];
         let said = self.mixer.mix(set, &opinions);
         let bit = coder.bit(bit, squash(said.logit));
         self.mixer.learn(said, &opinions, bit);
-        for i in 0..N {
-            self.counters[at[i]].learn(bit, LIMIT);
+        for at in at {
+            self.counters[at].learn(bit, LIMIT);
         }
         bit
     }

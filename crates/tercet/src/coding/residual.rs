@@ -242,9 +242,9 @@ impl ResidualModels {
         }
         let mut low = 0;
         for (k, &high) in BINS.iter().enumerate() {
-            for j in 0..EXPERTS {
-                let at = walk.z[j] + low as i32 * step[j];
-                walk.inputs[j] = clamp(softplus(-at) - log_expm1((high - low) as i32 * step[j]));
+            for (j, step) in step.iter().enumerate() {
+                let at = walk.z[j] + low as i32 * step;
+                walk.inputs[j] = clamp(softplus(-at) - log_expm1((high - low) as i32 * step));
             }
             let node = FIRST_BIN + k.min(BIN_NODES - 1);
             let parts = [low * unit, high * unit, (high + 4) * unit];
@@ -296,16 +296,16 @@ impl ResidualModels {
         parts: [i64; 3],
     ) -> bool {
         let mut at = [0; COUNTERS];
-        for i in 0..CONTEXTS {
-            at[i] = walk.rows[i] + node;
+        for (at, row) in at.iter_mut().zip(&walk.rows) {
+            *at = row + node;
         }
         let parts = [bound(parts[0]), bound(parts[1]), bound(parts[2])];
         for i in 0..LISTS {
             let context = walk.candidates[i].split(parts) * TRUSTS + walk.situation.trust;
             at[CONTEXTS + i] = self.start[CONTEXTS + i] + context * NODES + node;
         }
-        for i in 0..COUNTERS {
-            walk.inputs[EXPERTS + i] = self.counters[at[i]].logit();
+        for (input, &at) in walk.inputs[EXPERTS..].iter_mut().zip(&at) {
+            *input = self.counters[at].logit();
         }
         let opinions = [Opinions::new(walk.inputs)];
         let first = self.mixers[0].mix(walk.situation.sets[0] * NODES + node, &opinions);

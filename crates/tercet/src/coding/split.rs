@@ -104,7 +104,7 @@ impl SplitModels {
 
 /// `bins` bins of a logarithm in 1/32, `per_octave` of them an octave, zero in the middle.
 fn bin(log: i64, per_octave: i64, bins: i64) -> usize {
-    ((log * per_octave >> 5) + bins / 2).clamp(0, bins - 1) as usize
+    (((log * per_octave) >> 5) + bins / 2).clamp(0, bins - 1) as usize
 }
 
 /// Decided faces at the three corners, and how many corners saw only splits or nothing yet.

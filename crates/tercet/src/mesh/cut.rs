@@ -17,8 +17,6 @@ pub(crate) struct Cut {
     /// For each real vertex of the surface, its vertex in the mesh. A mesh vertex that was cut
     /// occurs several times.
     pub vertex_source: Vec<u32>,
-    /// For each real face of the surface, its face in the mesh.
-    pub face_source: Vec<u32>,
     /// Mesh faces that name a vertex twice; the surface leaves them out.
     pub degenerate: Vec<u32>,
     /// Mesh vertices that no face of the surface uses, ascending.
@@ -29,14 +27,12 @@ pub(crate) struct Cut {
 /// valence; nothing of the mesh is lost.
 pub(crate) fn cut(mesh: &Mesh) -> Cut {
     let is_degenerate = |f: &[u32; 3]| f[0] == f[1] || f[1] == f[2] || f[2] == f[0];
-    let mut face_source = Vec::with_capacity(mesh.faces.len());
     let mut degenerate = Vec::new();
     let mut vertex = Vec::with_capacity(3 * mesh.faces.len());
     for (i, f) in mesh.faces.iter().enumerate() {
         if is_degenerate(f) {
             degenerate.push(i as u32);
         } else {
-            face_source.push(i as u32);
             vertex.extend_from_slice(f);
         }
     }
@@ -50,7 +46,7 @@ pub(crate) fn cut(mesh: &Mesh) -> Cut {
     let loose = number_used_vertices(&mut vertex, &mut sources, mesh.positions.len());
     let mut surface = Surface { vertices: sources.len() as u32, vertex, opposite, virtuals: 0 };
     close_boundaries(&mut surface);
-    Cut { surface, vertex_source: sources, face_source, degenerate, loose }
+    Cut { surface, vertex_source: sources, degenerate, loose }
 }
 
 /// Pairs each open half-edge with the only other one on its edge, if that runs the other way.
@@ -223,14 +219,15 @@ mod tests {
     fn check(mesh: &Mesh) -> Cut {
         let cut = cut(mesh);
         cut.surface.validate().unwrap();
-        assert_eq!(cut.face_source.len() + cut.degenerate.len(), mesh.faces.len());
         let virtuals = cut.surface.virtuals;
         assert_eq!(cut.vertex_source.len(), (cut.surface.vertices - virtuals) as usize);
-        for (f, &source) in cut.face_source.iter().enumerate() {
+        let is_real = |f: &usize| !cut.degenerate.contains(&(*f as u32));
+        let real: Vec<usize> = (0..mesh.faces.len()).filter(is_real).collect();
+        for (f, &source) in real.iter().enumerate() {
             let face = cut.surface.face(f as u32).map(|v| cut.vertex_source[(v - virtuals) as usize]);
-            assert_eq!(face, mesh.faces[source as usize]);
+            assert_eq!(face, mesh.faces[source]);
         }
-        for f in cut.face_source.len() as u32..cut.surface.faces() {
+        for f in real.len() as u32..cut.surface.faces() {
             let face = cut.surface.face(f);
             assert!(face[2] < virtuals && face[0] >= virtuals && face[1] >= virtuals);
         }

@@ -32,7 +32,7 @@ pub(crate) fn next(c: u32) -> u32 {
 /// The previous corner of the same face.
 #[inline(always)]
 pub(crate) fn prev(c: u32) -> u32 {
-    if c % 3 == 0 { c + 2 } else { c - 1 }
+    if c.is_multiple_of(3) { c + 2 } else { c - 1 }
 }
 
 /// A closed, oriented 2-manifold; see the [module](self) for its conventions.
@@ -129,7 +129,7 @@ impl Surface {
     #[cfg(test)]
     pub fn validate(&self) -> Result<(), String> {
         let n = self.vertex.len();
-        if n % 3 != 0 || self.opposite.len() != n {
+        if !n.is_multiple_of(3) || self.opposite.len() != n {
             return Err(format!("{n} corners, {} opposites", self.opposite.len()));
         }
         if self.virtuals > self.vertices {

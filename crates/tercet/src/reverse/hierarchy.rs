@@ -45,7 +45,7 @@ impl Hierarchy {
             }
             let positions = &hierarchy.positions[level];
             let step = match divide(fine, positions) {
-                Some(division) => Some(division.reduction),
+                Some(step) => Some(step),
                 None => reduce(fine, positions).filter(|step| {
                     let gone = fine.vertices - step.coarse.vertices;
                     let share = if real > all / LARGE_BASE { STUCK_SHARE } else { LEAST_SHARE };

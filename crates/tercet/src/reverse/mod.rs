@@ -16,7 +16,7 @@ pub(crate) use crate::subdivide::StepKind;
 pub(crate) use adaptive::reduce;
 pub(crate) use hierarchy::Hierarchy;
 pub(crate) use lift::lift;
-pub(crate) use sqrt3::{Division, divide, removed};
+pub(crate) use sqrt3::{divide, removed};
 
 /// One reverse step, as the encoder found it.
 #[derive(Debug)]

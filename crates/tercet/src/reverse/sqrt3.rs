@@ -21,18 +21,6 @@ use crate::subdivide::{FRACTION_BITS, StepKind, predict_sqrt3};
 use coarsen::coarsen;
 use label::{Facts, Labels, label};
 
-/// A reverse √3 step and what its details amount to.
-#[derive(Debug)]
-pub(crate) struct Division {
-    /// The step.
-    pub reduction: Reduction,
-    /// Sum over all odd vertices and coordinates of |position − prediction|, in 1/256 of the
-    /// lattice step. A division can exist by chance of connectivity alone (a regular torus
-    /// divides whenever its size allows); the caller compares this with what the vertices cost
-    /// otherwise before it goes a level further.
-    pub detail: u128,
-}
-
 /// Divides `fine` if one √3 step of either generation made its connectivity, however its
 /// vertices and faces are numbered; else `None`.
 ///
@@ -45,7 +33,7 @@ pub(crate) struct Division {
 /// Refuses a coarse surface of fewer than four vertices or with a face that meets a vertex
 /// twice. Linear time and memory; a surface that does not divide is usually rejected after a
 /// few faces of the flood.
-pub(crate) fn divide(fine: &Surface, positions: &[[i32; 3]]) -> Option<Division> {
+pub(crate) fn divide(fine: &Surface, positions: &[[i32; 3]]) -> Option<Reduction> {
     let kinds: &[StepKind] = match fine.virtuals {
         0 => &[StepKind::Sqrt3Even],
         _ => &[StepKind::Sqrt3Even, StepKind::Sqrt3Odd],
@@ -54,9 +42,7 @@ pub(crate) fn divide(fine: &Surface, positions: &[[i32; 3]]) -> Option<Division>
         let facts = Facts::gather(fine, kind)?;
         let labels = label(fine, &facts)?;
         let even = choose(fine, positions, &facts, labels)?;
-        let reduction = coarsen(fine, &facts, &even)?;
-        let detail = details(fine, positions, &reduction).map(|(_, d)| u128::from(d)).sum();
-        Some(Division { reduction, detail })
+        coarsen(fine, &facts, &even)
     })
 }
 

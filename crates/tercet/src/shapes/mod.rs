@@ -154,7 +154,7 @@ fn circle(i: usize, n: usize) -> (f64, f64) {
     let quarter = 4 * (i % n) / n;
     let x = (4 * (i % n) - quarter * n) as f64 / n as f64;
     // Near tan(x π/4), which would make the spacing even; exact at both ends of the quarter.
-    let t = x * (0.7854 + 0.2146 * x * x);
+    let t = x * (1.0 - 0.2146 * (1.0 - x * x));
     let (cos, sin) = ((1.0 - t * t) / (1.0 + t * t), 2.0 * t / (1.0 + t * t));
     match quarter {
         0 => (cos, sin),

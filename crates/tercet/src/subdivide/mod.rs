@@ -18,11 +18,11 @@ pub(crate) mod shapes;
 
 pub use forward::subdivide;
 pub use lifting::Update;
-pub(crate) use lifting::{lift_positions, unlift_positions, update};
+pub(crate) use lifting::{lift_positions, unlift_positions};
 pub(crate) use predict::{FRACTION_BITS, predict_sqrt3, subdivide_surface};
 pub(crate) use refine::{Refined, flip_edge, refine};
 pub(crate) use sqrt3::{odd_applies, refine_sqrt3};
-pub(crate) use stencil::{Stencil, for_each_stencil};
+pub(crate) use stencil::for_each_stencil;
 
 /// How a level's connectivity follows from the coarser one's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -134,14 +134,11 @@ mod tests {
                 }
                 let refined = refine(&coarse, &split, &flip);
                 refined.surface.validate().unwrap();
-                let mut v = coarse.vertices;
-                for f in 0..4 {
-                    if split[f] {
-                        let c = 3 * refined.first[f] + 8;
-                        assert_eq!(refined.surface.at(c), v);
-                        assert_eq!(refined.surface.at(next(c)), coarse.face(f as u32)[0]);
-                        v += 1;
-                    }
+                let splits = (0..4).filter(|&f| split[f as usize]);
+                for (f, v) in splits.zip(coarse.vertices..) {
+                    let c = 3 * refined.first[f as usize] + 8;
+                    assert_eq!(refined.surface.at(c), v);
+                    assert_eq!(refined.surface.at(next(c)), coarse.face(f)[0]);
                 }
             }
         }

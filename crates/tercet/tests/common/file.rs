@@ -40,9 +40,9 @@ impl File {
             0 => at.skip(1 + 12 + 8),
             1 => {
                 at.skip(1);
-                (0..3).for_each(|_| drop(at.varint()));
+                at.skip_varints(3);
             }
-            _ => (0..4).for_each(|_| drop(at.varint())),
+            _ => at.skip_varints(4),
         }
         let start = bytes[first..at.at].to_vec();
         let (vertices, faces) = (at.varint() as u32, at.varint() as u32);
@@ -123,6 +123,12 @@ impl Cursor<'_> {
 
     fn skip(&mut self, count: usize) {
         self.at += count;
+    }
+
+    fn skip_varints(&mut self, count: usize) {
+        for _ in 0..count {
+            self.varint();
+        }
     }
 
     fn varint(&mut self) -> u64 {

@@ -23,7 +23,7 @@
 //!
 //! Adjacent removals matter: in the √3 pattern every odd vertex has three odd neighbours, and
 //! an independent set costs a sixth more bytes. A maximum set is out of reach, so vertices are
-//! taken greedily by a [score](score) that rewards dense packing and predictable positions.
+//! taken greedily by a [score] that rewards dense packing and predictable positions.
 
 mod coarsen;
 mod queue;

@@ -1,0 +1,29 @@
+//! Writes the files that the fuzz target `decode` starts from into a folder: `cargo xtask seeds`.
+//!
+//! Few and small, so that the fuzzer can change them often; together they have every kind of section.
+
+use std::path::PathBuf;
+use tercet::shapes::{annulus, grid, icosahedron, scan, soup};
+use tercet::{EncodeOptions, Limits, Mesh, Update};
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let folder = PathBuf::from(std::env::args_os().nth(1).ok_or("usage: seeds FOLDER")?);
+    let exact = EncodeOptions::default();
+    let ordered = EncodeOptions { keep_order: true, ..exact };
+    let lattice = EncodeOptions { bits: Some(8), ..exact };
+    let lifted = EncodeOptions { update: Update::Third, ..lattice };
+    let refined = |mesh: &Mesh| tercet::subdivide(mesh, 2, &Limits::default());
+    for (name, mesh, options) in [
+        ("closed_adaptive", scan(60, 1), lattice),
+        ("closed_sqrt3", refined(&icosahedron())?, lifted),
+        ("boundary_sqrt3", refined(&grid(2, 3))?, lifted),
+        ("boundary_on_a_grid", grid(4, 4), exact),
+        ("boundaries_exact", annulus(8, 2), exact),
+        ("defects_exact_order_kept", soup(24, 2), ordered),
+    ] {
+        let file = tercet::encode(&mesh, &options)?.bytes;
+        println!("{name}: {} bytes", file.len());
+        std::fs::write(folder.join(name).with_extension("tct"), file)?;
+    }
+    Ok(())
+}

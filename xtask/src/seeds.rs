@@ -1,0 +1,20 @@
+//! `cargo xtask seeds`: the files that the decoder's fuzz target starts from, as the present code writes them.
+
+use crate::arguments::Arguments;
+use crate::process::{command, root, run as run_shown};
+use anyhow::{Context, Result};
+use std::fs;
+
+/// Replaces every `.tct` file among the seeds.
+pub fn run(words: &[String]) -> Result<()> {
+    Arguments::new(words).finish()?;
+    let folder = root().join("fuzz/seeds/decode");
+    for entry in fs::read_dir(&folder).with_context(|| format!("reading {}", folder.display()))? {
+        let path = entry?.path();
+        if path.extension().is_some_and(|suffix| suffix == "tct") {
+            fs::remove_file(&path).with_context(|| format!("removing {}", path.display()))?;
+        }
+    }
+    let words = ["run", "--quiet", "--locked", "--package=tercet", "--example", "seeds", "fuzz/seeds/decode"];
+    run_shown(command("cargo", &words))
+}
