@@ -1,8 +1,9 @@
 //! From any mesh to a closed oriented surface: cut what is not a manifold, close boundaries.
 //!
-//! An edge joins two faces only if exactly two faces use it, in opposite directions; any other
-//! edge is left open. Around a vertex the faces then form *fans*; each fan beyond the first
-//! receives a copy of the vertex. (After Guéziec et al., "Cutting and stitching: converting
+//! An edge joins faces that use it in opposite directions, two by two; where more than two use it
+//! the pairs are chosen so that a fin (two faces back to back) becomes a fold of the sheet that it
+//! stands on. What is left over stays open. Around a vertex the faces then form *fans*; each fan
+//! beyond the first receives a copy of the vertex. (After Guéziec et al., "Cutting and stitching: converting
 //! sets of polygons to manifold surfaces", 2001.) Every open boundary loop is filled by the
 //! faces around one virtual vertex.
 
@@ -40,24 +41,18 @@ pub(crate) fn cut(mesh: &Mesh) -> Cut {
     pair_edges(&vertex, mesh.positions.len(), &mut opposite);
     let mut sources: Vec<u32> = (0..mesh.positions.len() as u32).collect();
     separate_fans(&mut vertex, &opposite, &mut sources);
-    // Sheets that met in one edge are apart now, so that their edges may be plain ones.
-    pair_edges(&vertex, sources.len(), &mut opposite);
-
     let loose = number_used_vertices(&mut vertex, &mut sources, mesh.positions.len());
     let mut surface = Surface { vertices: sources.len() as u32, vertex, opposite, virtuals: 0 };
     close_boundaries(&mut surface);
     Cut { surface, vertex_source: sources, degenerate, loose }
 }
 
-/// Pairs each open half-edge with the only other one on its edge, if that runs the other way.
+/// Pairs half-edges that run along one edge in opposite directions.
 fn pair_edges(vertex: &[u32], vertices: usize, opposite: &mut [u32]) {
     let ends = |c: u32| (vertex[next(c) as usize], vertex[prev(c) as usize]);
     let mut start = vec![0u32; vertices + 1];
-    let open = |opposite: &[u32]| {
-        (0..vertex.len() as u32).filter(|&c| opposite[c as usize] == NONE).collect::<Vec<_>>()
-    };
-    let corners = open(opposite);
-    for &c in &corners {
+    let corners = 0..vertex.len() as u32;
+    for c in corners.clone() {
         let (a, b) = ends(c);
         start[a.min(b) as usize + 1] += 1;
     }
@@ -65,8 +60,8 @@ fn pair_edges(vertex: &[u32], vertices: usize, opposite: &mut [u32]) {
         start[v + 1] += start[v];
     }
     let mut fill = start.clone();
-    let mut bucket = vec![0u32; corners.len()];
-    for &c in &corners {
+    let mut bucket = vec![0u32; vertex.len()];
+    for c in corners.clone() {
         let (a, b) = ends(c);
         let slot = &mut fill[a.min(b) as usize];
         bucket[*slot as usize] = c;
@@ -80,12 +75,37 @@ fn pair_edges(vertex: &[u32], vertices: usize, opposite: &mut [u32]) {
         };
         edges.sort_unstable_by_key(|&c| (far(c), c));
         for same in edges.chunk_by(|&c, &d| far(c) == far(d)) {
-            if let &[c, d] = same
-                && ends(c) != ends(d)
-            {
-                opposite[c as usize] = d;
-                opposite[d as usize] = c;
+            match *same {
+                [_] => {}
+                [c, d] if ends(c) != ends(d) => join(opposite, c, d),
+                [_, _] => {}
+                _ => pair_many(vertex, same, opposite),
             }
+        }
+    }
+}
+
+fn join(opposite: &mut [u32], c: u32, d: u32) {
+    opposite[c as usize] = d;
+    opposite[d as usize] = c;
+}
+
+/// Pairs three or more half-edges of one edge, with a face of other vertices where possible.
+///
+/// Those that face a partner of the same vertices choose first; quadratic only in the number of
+/// faces that one and the same vertex pair has beyond `MANY`, which are taken as they come.
+fn pair_many(vertex: &[u32], same: &[u32], opposite: &mut [u32]) {
+    const MANY: usize = 16;
+    let forward = |c: &u32| vertex[next(*c) as usize] < vertex[prev(*c) as usize];
+    let apex = |c: u32| vertex[c as usize];
+    let (mut there, mut back): (Vec<u32>, Vec<u32>) = same.iter().partition(|c| forward(c));
+    if same.len() <= MANY {
+        there.sort_by_key(|&c| !back.iter().any(|&d| apex(d) == apex(c)));
+    }
+    for c in there {
+        let other = back.iter().take(MANY).position(|&d| apex(d) != apex(c)).unwrap_or(0);
+        if other < back.len() {
+            join(opposite, c, back.remove(other));
         }
     }
 }
@@ -251,16 +271,16 @@ mod tests {
     }
 
     #[test]
-    fn three_faces_on_an_edge_are_cut_apart_and_a_bow_tie_in_two() {
+    fn one_of_three_faces_on_an_edge_and_one_wing_of_a_bow_tie_are_cut_off() {
         let book = check(&mesh(5, &[[0, 1, 2], [0, 1, 3], [1, 0, 4]]));
-        assert_eq!(book.surface.virtuals, 3);
+        assert_eq!(book.surface.virtuals, 2);
         let bow = check(&mesh(5, &[[0, 1, 2], [0, 3, 4]]));
         assert_eq!((bow.vertex_source.len(), bow.surface.virtuals), (6, 2));
         assert_eq!(bow.vertex_source, [0, 1, 2, 3, 4, 0]);
     }
 
     #[test]
-    fn two_closed_sheets_that_share_an_edge_become_two_closed_surfaces() {
+    fn two_closed_sheets_that_share_an_edge_stay_closed() {
         let tetrahedron = |a, b, c, d| [[a, b, c], [a, d, b], [b, d, c], [a, c, d]];
         let mut faces = tetrahedron(0, 1, 2, 3).to_vec();
         faces.extend(tetrahedron(0, 1, 4, 5));
