@@ -33,12 +33,11 @@ pub mod shapes;
 mod subdivide;
 pub mod verify;
 
-pub use container::Precision;
 pub use decode::{Decoder, Info, Level, LevelInfo, decode};
 pub use encode::{EncodeOptions, Encoded, Progress, encode, encode_with};
 pub use error::{Error, Result};
 pub use limits::Limits;
-pub use mesh::Mesh;
+pub use mesh::{Mesh, Precision};
 pub use subdivide::{Update, subdivide};
 
 /// The README's Rust is compiled and run with the documentation's.

@@ -2,7 +2,8 @@
 
 use super::fields::{Fields, malformed};
 use super::section::{self, Entry, LevelEntry, Part, Section, Supplement};
-use super::{Precision, unsupported, varint};
+use super::{unsupported, varint};
+use crate::mesh::Precision;
 use crate::{Error, Limits, Result};
 
 /// Flag: vertices and faces come back in the order of the original.

@@ -15,8 +15,6 @@ mod writer;
 #[cfg(test)]
 mod tests;
 
-pub use precision::Precision;
-
 pub(crate) use header::{Header, Outline};
 pub(crate) use reader::Reader;
 pub(crate) use section::{LevelEntry, LevelKind, Part, Section, Supplement, UpdateRule, round_error_up};

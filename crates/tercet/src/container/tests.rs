@@ -3,6 +3,7 @@
 use proptest::prelude::*;
 
 use super::*;
+use crate::mesh::Precision;
 use crate::{Error, Limits, Result};
 
 type Arrived = Vec<(Part, Vec<u8>)>;

@@ -4,8 +4,7 @@
 //! IEEE 754 defines to the last bit (`+ − · /` and conversions on `f64`) and truncation to
 //! integers, so every platform gets the same lattice point and the same `f32`.
 
-use super::Mesh;
-use crate::Precision;
+use super::{Mesh, Precision};
 
 /// The lattice below the exact bits has at most 2^REFINED_BITS steps along its longest side.
 const REFINED_BITS: i32 = 22;

@@ -6,7 +6,10 @@
 
 mod cut;
 mod lattice;
+mod precision;
 mod surface;
+
+pub use precision::Precision;
 
 pub(crate) use cut::{Cut, cut};
 pub(crate) use lattice::{
