@@ -39,7 +39,7 @@ impl File {
         match at.byte() {
             0 => at.skip(1 + 12 + 8),
             1 => {
-                at.skip(1);
+                at.skip(2);
                 (0..3).for_each(|_| drop(at.varint()));
             }
             _ => (0..4).for_each(|_| drop(at.varint())),
