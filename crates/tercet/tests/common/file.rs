@@ -39,7 +39,7 @@ impl File {
         match at.byte() {
             0 => at.skip(1 + 12 + 8),
             1 => {
-                at.skip(1);
+                at.skip(2);
                 at.skip_varints(3);
             }
             _ => at.skip_varints(4),

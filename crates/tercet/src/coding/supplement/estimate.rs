@@ -49,13 +49,28 @@ fn log2(x: u64) -> i64 {
 /// Time O(n), of a small constant.
 pub(crate) fn exact_lattice(mesh: &Mesh, coded: usize) -> Precision {
     let search = Search::new(mesh, coded);
-    let decimal = (0..=9).flat_map(|exponent| search.decimals(exponent));
-    let Precision::Refined { exponent, .. } = refined_grid(mesh) else { return refined_grid(mesh) };
+    let refined = refined_grid(mesh);
+    let Precision::Refined { exponent, .. } = refined else { return refined };
     let middle = i32::from(exponent);
-    let binary = (middle - FINER..=middle + COARSER).rev().flat_map(|e| search.binaries(e));
-    // Of equals the first: the decimal grid before the binary, the coarse one before the fine.
-    let best = decimal.chain(binary).min_by_key(|&(cost, _)| cost);
-    best.map_or_else(|| refined_grid(mesh), |(_, precision)| precision)
+    let mut best = Best { cost: i64::MAX, precision: refined };
+    (0..=9).for_each(|exponent| search.decimals(exponent, &mut best));
+    (middle - FINER..=middle + COARSER).rev().for_each(|exponent| search.binaries(exponent, &mut best));
+    best.precision
+}
+
+/// The best candidate so far; of equals the first: the decimal grid before the binary, the coarse
+/// one before the fine.
+struct Best {
+    cost: i64,
+    precision: Precision,
+}
+
+impl Best {
+    fn offer(&mut self, cost: i64, precision: Precision) {
+        if cost < self.cost {
+            *self = Best { cost, precision };
+        }
+    }
 }
 
 /// A coordinate of the sample and its axis.
@@ -115,18 +130,18 @@ impl<'a> Search<'a> {
     }
 
     /// Decimal lattices of numbers with `exponent` digits after the point.
-    fn decimals(&self, exponent: u8) -> Vec<(i64, Precision)> {
+    fn decimals(&self, exponent: u8, best: &mut Best) {
         let index = |p: [f32; 3]| p.map(|x| decimal_index(x, exponent));
         let (low, high) = (index(self.low), index(self.high));
         if low.iter().chain(&high).any(|i| i.unsigned_abs() > INDEX_LIMIT as u64) {
-            return Vec::new();
+            return;
         }
         let indices: Vec<(usize, i64)> =
             self.sample.iter().map(|&(axis, x)| (axis, decimal_index(x, exponent))).collect();
         let mut offsets = Offsets::new();
         let pairs = self.sample.iter().zip(&indices);
         let off: i64 = pairs.map(|(&(_, x), &(_, i))| offsets.cost(decimal_value(i, exponent), x)).sum();
-        let with_digits = |digits: u8| {
+        for digits in 0..=MAX_DIGITS {
             let step = decimal_step(digits);
             let origin: [i64; 3] = std::array::from_fn(|axis| {
                 let on_axis = indices.iter().filter(|&&(a, _)| a == axis);
@@ -134,21 +149,24 @@ impl<'a> Search<'a> {
                 phase + (low[axis] - phase + step / 2).div_euclid(step) * step
             });
             let steps = std::array::from_fn(|k| (high[k] - origin[k] + step / 2).div_euclid(step));
-            let levels = self.levels(f64::from(decimal_value(step, exponent)), steps)?;
+            let levels = self.levels(f64::from(decimal_value(step, exponent)), steps);
+            // The digits take the most time to judge, and are not worth it where the rest is too dear.
+            let Some(levels) = levels.filter(|levels| levels + self.section(off) < best.cost) else {
+                continue;
+            };
             let section = self.section(off + digits_cost(&indices, digits, origin));
-            Some((levels + section, Precision::Decimal { exponent, digits, origin }))
-        };
-        (0..=MAX_DIGITS).filter_map(with_digits).collect()
+            best.offer(levels + section, Precision::Decimal { exponent, digits, origin });
+        }
     }
 
     /// The binary and the refined lattice of step 2^`exponent`.
-    fn binaries(&self, exponent: i32) -> Vec<(i64, Precision)> {
-        let Some(origin) = binary_origin(self.mesh, exponent) else { return Vec::new() };
+    fn binaries(&self, exponent: i32, best: &mut Best) {
+        let Some(origin) = binary_origin(self.mesh, exponent) else { return };
         let precision = Precision::Binary { exponent: exponent as i16, origin };
         let lattice = Lattice::new(&precision);
         let step = power_of_two(exponent);
         let steps = lattice.quantise(self.high).map(i64::from);
-        let Some(levels) = self.levels(step, steps) else { return Vec::new() };
+        let Some(levels) = self.levels(step, steps) else { return };
         let mut offsets = Offsets::new();
         let (mut off, mut within) = (0, 0);
         for &(axis, x) in &self.sample {
@@ -158,7 +176,8 @@ impl<'a> Search<'a> {
             within += cell.map_or(0, |[first, last]| log2((last - first) as u64 + 1));
         }
         let refined = Precision::Refined { exponent: exponent as i16, origin };
-        vec![(levels + self.section(off), precision), (levels + self.section(within), refined)]
+        best.offer(levels + self.section(off), precision);
+        best.offer(levels + self.section(within), refined);
     }
 }
 
