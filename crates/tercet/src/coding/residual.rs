@@ -71,40 +71,32 @@ pub(crate) struct Situation {
     pub trust: usize,
 }
 
-/// A short list of values.
+/// A short list of values near a centre.
+///
+/// They are kept as their distance above the centre in 16 bits: those of 2¹⁵ and more are too far
+/// to matter.
 #[derive(Clone, Copy)]
 pub(crate) struct Candidates {
-    values: [i32; Candidates::MOST],
+    above: [i16; Candidates::MOST],
     count: usize,
 }
 
 impl Candidates {
     const MOST: usize = 8;
     const SPLITS: usize = 16;
-    pub const EMPTY: Candidates = Candidates { values: [0; Candidates::MOST], count: 0 };
+    pub const EMPTY: Candidates = Candidates { above: [FAR; Candidates::MOST], count: 0 };
 
-    /// Adds a value if there is room.
+    /// Adds the value `above` the centre if there is room.
     #[inline(always)]
-    pub fn push(&mut self, value: i64) {
+    pub fn push(&mut self, above: i64) {
         if self.count < Self::MOST {
-            self.values[self.count] = value as i32;
+            self.above[self.count] = near(above);
             self.count += 1;
         }
     }
-
-    /// The values as magnitudes on one side of `centre`.
-    #[inline(always)]
-    fn magnitudes(&self, centre: i32, negative: bool) -> Magnitudes {
-        let mut lanes = [FAR; Self::MOST];
-        for (lane, &v) in lanes.iter_mut().zip(&self.values[..self.count]) {
-            let m = if negative { (centre - 1).wrapping_sub(v) } else { v.wrapping_sub(centre) };
-            *lane = near(m as i64);
-        }
-        Magnitudes(Opinions::new(lanes))
-    }
 }
 
-/// Stands for magnitudes that are too far to matter: those of ±2¹⁵ and more.
+/// Stands for magnitudes that are too far to matter.
 const FAR: i16 = i16::MIN;
 
 /// A magnitude in 16 bits.
@@ -119,7 +111,7 @@ fn bound(m: i64) -> i16 {
     near(m).max(FAR + 1)
 }
 
-/// Candidates seen from the centre.
+/// Candidates as magnitudes on one side of the centre.
 #[derive(Clone, Copy)]
 struct Magnitudes(Opinions);
 
@@ -216,7 +208,7 @@ impl ResidualModels {
         for (input, z) in inputs.iter_mut().zip(z) {
             *input = clamp(z);
         }
-        let candidates = situation.candidates.map(|c| c.magnitudes(centre as i32, false));
+        let candidates = situation.candidates.map(|c| Magnitudes(Opinions::new(c.above)));
         let mut walk = Walk { situation, experts, z, candidates, rows: [0; CONTEXTS], inputs };
         walk.rows = self.rows(&situation.above);
         let window = 4 * experts[0].scale.unit() + 1;
@@ -226,7 +218,10 @@ impl ResidualModels {
             for z in &mut walk.z {
                 *z = -*z;
             }
-            walk.candidates = situation.candidates.map(|c| c.magnitudes(centre as i32, true));
+            for list in &mut walk.candidates {
+                // centre − 1 − v is −1 − (v − centre); what was too far above is too far below.
+                list.0 = !list.0;
+            }
         }
         let turn = |v: i64| if negative { centre - 1 - v } else { v - centre };
         let magnitude = self.magnitude(coder, turn(value), &mut walk);

@@ -96,14 +96,15 @@ impl Neighbourhood<'_> {
     #[inline]
     pub fn candidates(&self, axis: usize, centres: &[i64; EXPERTS]) -> [Candidates; LISTS] {
         let mut lists = [Candidates::EMPTY; LISTS];
+        let middle = (centres[0] + 128) >> FRACTION_BITS;
         for &y in &self.ring.known {
-            lists[0].push(self.positions[y as usize][axis] as i64);
+            lists[0].push(self.positions[y as usize][axis] as i64 - middle);
         }
         for p in &self.ring.parallelograms {
-            lists[1].push(p[axis]);
+            lists[1].push(p[axis] - middle);
         }
         for centre in centres {
-            lists[2].push((centre + 128) >> FRACTION_BITS);
+            lists[2].push(((centre + 128) >> FRACTION_BITS) - middle);
         }
         lists
     }
@@ -138,7 +139,7 @@ impl<'a> Neighbourhood<'a> {
                 with_error += 1;
             }
         }
-        let mean = sum.map(|x| (x << FRACTION_BITS).div_euclid(n));
+        let mean = sum.map(|x| floor_div(x << FRACTION_BITS, n));
         let mut edge = 0u64;
         for &y in &ring.known {
             let p = positions[y as usize];
@@ -156,7 +157,7 @@ impl<'a> Neighbourhood<'a> {
         } else {
             let mut sum = [0i64; 3];
             ring.parallelograms.iter().for_each(|&p| add_to(&mut sum, p));
-            sum.map(|x| (x << FRACTION_BITS).div_euclid(count as i64))
+            sum.map(|x| floor_div(x << FRACTION_BITS, count as i64))
         };
         let first = match estimate {
             Some(e) => {
@@ -187,6 +188,15 @@ impl<'a> Neighbourhood<'a> {
             ring,
             positions,
         }
+    }
+}
+
+/// ⌊a / n⌋ for n > 0; the short division, which is several times faster, where it does.
+#[inline(always)]
+fn floor_div(a: i64, n: i64) -> i64 {
+    match u32::try_from(a) {
+        Ok(a) => (a / n as u32) as i64,
+        Err(_) => a.div_euclid(n),
     }
 }
 

@@ -20,6 +20,9 @@ struct Decided {
     unsplit: u16,
 }
 
+/// In place of the area of a virtual face.
+const VIRTUAL: i32 = i32::MIN;
+
 /// Logarithms of area, in 1/32 octaves, of one level.
 struct Areas {
     face: Vec<i32>,
@@ -53,7 +56,7 @@ impl SplitModels {
         let mut means = [Mean::default(), Mean::default()];
         for f in 0..surface.faces() {
             let face = surface.face(f);
-            let is_virtual = face.iter().any(|&v| surface.is_virtual(v));
+            let is_virtual = areas.face[f as usize] == VIRTUAL;
             let (mut yes, mut no) = (0, 0);
             for k in 0..3 {
                 let g = surface.across(3 * f + k) / 3;
@@ -143,7 +146,7 @@ fn tightest(valence: &[u32], decided: &[Decided], face: [u32; 3]) -> usize {
 
 impl Areas {
     fn new(surface: &Surface, positions: &[Point]) -> Self {
-        let mut face = vec![0; surface.faces() as usize];
+        let mut face = vec![VIRTUAL; surface.faces() as usize];
         let mut sums = vec![(0i32, 0i32); surface.vertices as usize];
         for f in 0..surface.faces() {
             let t = surface.face(f);
@@ -183,8 +186,9 @@ impl Shape {
         let (mut sum, mut count) = (0, 0);
         for k in 0..3 {
             let g = surface.across(3 * f + k) / 3;
-            if !surface.is_virtual_face(g) {
-                sum += areas.face[g as usize];
+            let area = areas.face[g as usize];
+            if area != VIRTUAL {
+                sum += area;
                 count += 1;
             }
         }
