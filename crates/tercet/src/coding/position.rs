@@ -98,6 +98,10 @@ impl PositionModels {
         // Errors of the estimates, for the vertices coded so far.
         let mut errors: Vec<[i32; 3]> = Vec::with_capacity(pass.estimates.len());
         for (v, corner) in (pass.first..).zip(corners) {
+            if coder.exhausted() {
+                // The caller refuses the level; what follows would only take time.
+                break;
+            }
             ring.gather(pass.surface, corner, v, positions);
             let i = (v - pass.first) as usize;
             let point = if ring.known() == 0 {
