@@ -3,7 +3,8 @@
 use super::base::code_base;
 use super::flip::FlipModels;
 use super::model::number;
-use super::position::{AxisOrder, Pass, PositionModels, Roughness};
+use super::pass::{AxisOrder, Pass, Roughness};
+use super::position::PositionModels;
 use super::predict::{estimate, round};
 use super::split::SplitModels;
 use super::vector::{COORDINATE_LIMIT, Point, Vector};

@@ -8,6 +8,7 @@ mod base;
 mod flip;
 mod level;
 mod model;
+mod pass;
 mod position;
 mod predict;
 mod residual;

@@ -6,52 +6,13 @@
 //! follow in the order of the surface's normal: along the two axes that lie most nearly in the
 //! surface first, and on the last one every expectation is moved into the tangent plane.
 
+use super::pass::{AxisOrder, Pass, Roughness};
 use super::residual::{EXPERTS, Expert, ResidualModels, Situation};
 use super::ring::{Neighbourhood, Ring};
-use super::scale::{Scale, ScaleCell};
+use super::scale::{Scale, ScaleCell, bin, ratio};
 use super::vector::{COORDINATE_LIMIT, Point, Vector};
-use crate::entropy::{Coder, log2_fixed};
-use crate::mesh::Surface;
+use crate::entropy::Coder;
 use crate::subdivide::FRACTION_BITS;
-
-/// How far coding has been off around a vertex: in the surface and across it, in 1/256.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Roughness {
-    pub tangential: u32,
-    pub normal: u32,
-}
-
-impl Roughness {
-    /// Of vertices about which nothing is known.
-    pub const START: Roughness = Roughness { tangential: 8 << 8, normal: 4 << 8 };
-
-    fn blend(&mut self, other: Roughness) {
-        self.tangential = (self.tangential * 7 + other.tangential) / 8;
-        self.normal = (self.normal * 7 + other.normal) / 8;
-    }
-}
-
-/// Which coordinate comes first.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum AxisOrder {
-    /// The one along the normal: where details are normal ones.
-    NormalFirst,
-    /// The one along the normal comes last: where the surface is known better than the place.
-    NormalLast,
-}
-
-/// What a pass works on.
-pub(crate) struct Pass<'a> {
-    pub surface: &'a Surface,
-    /// Real vertices from here on are coded; those before are known.
-    pub first: u32,
-    /// Estimates of the vertices to be coded, in 1/256; empty if there are none.
-    pub estimates: &'a [Vector],
-    pub order: AxisOrder,
-    /// Width of a coordinate where nothing near is known, and what is subtracted from it.
-    pub bits: u32,
-    pub origin: Point,
-}
 
 /// The models of positions; they live as long as the file.
 pub(crate) struct PositionModels {
@@ -291,15 +252,4 @@ impl Coordinate<'_, '_> {
             trust: unit * 3 + kind,
         }
     }
-}
-
-/// A bin of log₂ `x`, `per_octave` (a power of two) an octave, shifted by `offset` octaves.
-pub(super) fn bin(x: u64, per_octave: i32, offset: i32, bins: usize) -> usize {
-    let log = log2_fixed(x, 3) * per_octave / 8;
-    (log + offset * per_octave).clamp(0, bins as i32 - 1) as usize
-}
-
-/// A bin of log₂ `a` / `b`, one an octave, 1 in the fourth.
-fn ratio(a: u64, b: u64, bins: usize) -> usize {
-    ((log2_fixed(a, 3) - log2_fixed(b, 3) + 28) >> 3).clamp(0, bins as i32 - 1) as usize
 }

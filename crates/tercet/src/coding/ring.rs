@@ -1,7 +1,8 @@
 //! What is known around a vertex, and where that places it.
 
-use super::position::{Pass, Roughness, bin};
+use super::pass::{Pass, Roughness};
 use super::residual::{Candidates, EXPERTS, LISTS};
+use super::scale::bin;
 use super::vector::{Point, Vector, add_to, cross, sub};
 use crate::mesh::{NONE, Surface, next};
 use crate::subdivide::FRACTION_BITS;

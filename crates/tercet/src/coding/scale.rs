@@ -101,6 +101,17 @@ impl Scale {
     }
 }
 
+/// A bin of log₂ `x`, `per_octave` (a power of two) an octave, shifted by `offset` octaves.
+pub(crate) fn bin(x: u64, per_octave: i32, offset: i32, bins: usize) -> usize {
+    let log = log2_fixed(x, 3) * per_octave / 8;
+    (log + offset * per_octave).clamp(0, bins as i32 - 1) as usize
+}
+
+/// A bin of log₂ `a` / `b`, one an octave, 1 in the fourth.
+pub(crate) fn ratio(a: u64, b: u64, bins: usize) -> usize {
+    ((log2_fixed(a, 3) - log2_fixed(b, 3) + 28) >> 3).clamp(0, bins as i32 - 1) as usize
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
