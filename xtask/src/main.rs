@@ -1,5 +1,5 @@
 //! Project tasks: `cargo xtask test` runs every check, `cargo xtask bench` compares with other coders,
-//! `cargo xtask seeds` writes the decoder's fuzz seeds anew after a change of the format.
+//! `cargo xtask seeds` writes the fuzz seeds and golden files anew after a change of the format.
 //!
 //! It depends on no crate of the workspace, so that it still runs when those do not compile.
 

@@ -1,11 +1,13 @@
-//! `cargo xtask seeds`: the files that the decoder's fuzz target starts from, as the present code writes them.
+//! `cargo xtask seeds`: the files that depend on the format, as the present code writes them.
+//!
+//! These are what the decoder's fuzz target starts from, and the golden files beside the format document.
 
 use crate::arguments::Arguments;
 use crate::process::{command, root, run as run_shown};
 use anyhow::{Context, Result};
 use std::fs;
 
-/// Replaces every `.tct` file among the seeds.
+/// Replaces every `.tct` file among the seeds, then every golden file.
 pub fn run(words: &[String]) -> Result<()> {
     Arguments::new(words).finish()?;
     let folder = root().join("fuzz/seeds/decode");
@@ -15,6 +17,9 @@ pub fn run(words: &[String]) -> Result<()> {
             fs::remove_file(&path).with_context(|| format!("removing {}", path.display()))?;
         }
     }
-    let words = ["run", "--quiet", "--locked", "--package=tercet", "--example", "seeds", "fuzz/seeds/decode"];
-    run_shown(command("cargo", &words))
+    let seeds = ["run", "--quiet", "--locked", "--package=tercet", "--example", "seeds", "fuzz/seeds/decode"];
+    run_shown(command("cargo", &seeds))?;
+    let mut golden = command("cargo", &["test", "--quiet", "--locked", "--package=tercet", "--test=golden"]);
+    golden.args(["--", "--ignored", "--exact", "write_the_golden_files"]);
+    run_shown(golden)
 }
