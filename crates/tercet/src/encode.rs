@@ -5,7 +5,7 @@ use crate::coding::{Levels, Point};
 use crate::container::{self, LevelEntry, LevelKind, Outline, Supplement, UpdateRule};
 use crate::decode::Info;
 use crate::entropy::Encoder;
-use crate::mesh::{Cut, Lattice, Mesh, box_lattice, cut, next, prev};
+use crate::mesh::{Cut, Lattice, Mesh, Surface, box_lattice, cut, next, prev};
 use crate::metrics::LevelErrors;
 use crate::reverse::{Hierarchy, Reduction, StepKind, lift};
 use crate::{Error, Limits, Result, Update};
@@ -46,7 +46,7 @@ pub struct Progress {
     pub total: u64,
 }
 
-/// Encodes a mesh; time O(n), memory some 250 bytes a vertex.
+/// Encodes a mesh; time O(n), memory some 270 bytes a vertex, the mesh included.
 ///
 /// # Errors
 /// [`Error::Mesh`] for an index out of range or a coordinate that is not finite,
@@ -85,17 +85,18 @@ pub fn encode_with(
         progress(Progress { stage: "reducing", done: total - reached.left() as u64, total });
         errors.measure(reached);
     });
-    let mut writer = Writer::new(&hierarchy, options.update, errors.finish());
+    let mut writer = Writer::new(hierarchy, options.update, errors.finish());
     writer.base()?;
-    for level in (0..hierarchy.steps.len()).rev() {
+    while let Some(step) = writer.hierarchy.steps.pop() {
         progress(Progress { stage: "coding", done: writer.real_vertices(), total });
-        writer.level(level)?;
+        writer.level(step)?;
     }
     let source = writer.sources(&vertex_source);
     let original =
         Original { mesh, source, loose: &loose, degenerate: &degenerate, keep_order: options.keep_order };
-    let Writer { levels, entries, mut payloads, connectivity_bits, position_bits, .. } = writer;
-    drop(hierarchy);
+    let Writer { hierarchy, map, levels, entries, mut payloads, connectivity_bits, position_bits, .. } =
+        writer;
+    drop((hierarchy, map));
     let (supplements, completing) = listed(supplement::write(&levels, &precision, original)?);
     payloads.extend(completing);
     let outline = Outline {
@@ -123,10 +124,12 @@ fn listed(sections: Supplements) -> (Vec<Supplement>, Vec<Vec<u8>>) {
 }
 
 /// Codes a hierarchy from the base up.
-struct Writer<'a> {
-    hierarchy: &'a Hierarchy,
+struct Writer {
+    /// What is not coded yet: a step and its level's positions go as their turn comes, or the
+    /// hierarchy would stay in memory beside the surfaces that are built from it.
+    hierarchy: Hierarchy,
     rule: Update,
-    /// Geometric errors of the levels, finest first.
+    /// Geometric errors of the levels to come, finest first.
     errors: Vec<f32>,
     levels: Levels,
     /// For each face of the decoder's surface, the corner of the hierarchy's that is its corner 0.
@@ -137,8 +140,8 @@ struct Writer<'a> {
     position_bits: u64,
 }
 
-impl<'a> Writer<'a> {
-    fn new(hierarchy: &'a Hierarchy, rule: Update, errors: Vec<f32>) -> Self {
+impl Writer {
+    fn new(hierarchy: Hierarchy, rule: Update, errors: Vec<f32>) -> Self {
         Writer {
             hierarchy,
             rule,
@@ -157,33 +160,39 @@ impl<'a> Writer<'a> {
     }
 
     fn base(&mut self) -> Result<()> {
-        let last = self.hierarchy.steps.len();
-        let known = self.hierarchy.surface(last);
+        let positions = self.hierarchy.positions.pop().unwrap_or_default();
+        let known = self.hierarchy.surface(self.hierarchy.steps.len());
         let mut coder = Encoder::new();
         self.map = self.levels.base(&mut coder, Some(known), &Limits { max_memory: u64::MAX })?;
         self.connectivity_bits += coder.bits();
-        let positions = self.positions_from(last, 0);
+        let positions = new_positions(&self.levels.surface, &self.map, known, &positions, 0);
         self.levels.base_positions(&mut coder, positions);
         self.finish(coder, LevelKind::Base, 0);
         Ok(())
     }
 
-    /// Codes the step from level `level + 1` of the hierarchy to `level`.
-    fn level(&mut self, level: usize) -> Result<()> {
-        let step = &self.hierarchy.steps[level];
-        let fine = self.hierarchy.surface(level);
+    /// Codes the last step of the hierarchy, which has been taken off it.
+    fn level(&mut self, mut step: Reduction) -> Result<()> {
+        let positions = self.hierarchy.positions.pop().unwrap_or_default();
+        let fine = self.hierarchy.surface(self.hierarchy.steps.len());
         let mut coder = Encoder::new();
-        let (split, flip) = self.decisions(step);
+        let (split, flip) = self.decisions(&step);
+        if step.kind != StepKind::Sqrt3Odd {
+            // Only that kind asks for the coarse surface again; here is where memory is highest.
+            step.coarse = Surface::default();
+        }
         let vertices = (fine.vertices - fine.virtuals) as u64;
         let coded = self.levels.connectivity(&mut coder, step.kind, split, flip, vertices)?;
         let before = coder.bits();
         self.connectivity_bits += before;
-        self.map = lift(&coded.refined, step, fine, &self.map);
+        self.map = lift(&coded.refined, &step, fine, &self.map);
+        let kind = step.kind;
+        drop(step);
         let first = self.levels.surface.vertices;
-        let surface = &coded.refined.surface;
-        let new = new_positions(surface, &self.map, fine, &self.hierarchy.positions[level], first);
+        let new = new_positions(&coded.refined.surface, &self.map, fine, &positions, first);
+        drop(positions);
         self.levels.positions(&mut coder, coded, &new, self.rule);
-        let kind = match step.kind {
+        let kind = match kind {
             StepKind::Adaptive => LevelKind::Adaptive,
             StepKind::Sqrt3Even => LevelKind::Sqrt3Even,
             StepKind::Sqrt3Odd => LevelKind::Sqrt3Odd,
@@ -217,12 +226,6 @@ impl<'a> Writer<'a> {
         sources
     }
 
-    /// Positions of the decoder's vertices from `first` on.
-    fn positions_from(&self, level: usize, first: u32) -> Vec<Point> {
-        let known = self.hierarchy.surface(level);
-        new_positions(&self.levels.surface, &self.map, known, &self.hierarchy.positions[level], first)
-    }
-
     fn finish(&mut self, coder: Encoder, kind: LevelKind, before: u64) {
         self.position_bits +=
             coder.bits() - if kind == LevelKind::Base { self.connectivity_bits } else { before };
@@ -238,7 +241,7 @@ impl<'a> Writer<'a> {
             },
             vertices: surface.vertices - surface.virtuals,
             faces: surface.faces() - virtual_faces,
-            error: container::round_error_up(self.errors[self.hierarchy.steps.len() - self.entries.len()]),
+            error: container::round_error_up(self.errors.pop().unwrap_or_default()),
         });
         self.payloads.push(coder.finish());
     }
@@ -246,9 +249,9 @@ impl<'a> Writer<'a> {
 
 /// Positions of the decoder's vertices from `first` on, by the correspondence of faces.
 fn new_positions(
-    surface: &crate::mesh::Surface,
+    surface: &Surface,
     map: &[u32],
-    known: &crate::mesh::Surface,
+    known: &Surface,
     positions: &[Point],
     first: u32,
 ) -> Vec<Point> {

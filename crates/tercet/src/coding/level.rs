@@ -145,9 +145,10 @@ impl Levels {
     /// makes its surface the current one.
     pub fn positions<C: Coder>(&mut self, coder: &mut C, step: Step, new: &[Point], rule: Update) {
         let first = self.surface.vertices;
+        let lifted = step.kind != StepKind::Adaptive && rule != Update::None;
         let coarse = std::mem::replace(&mut self.surface, step.refined.surface);
-        let sqrt3 = step.kind != StepKind::Adaptive;
-        let lifted = sqrt3 && rule != Update::None;
+        // Only undoing an update asks for the coarse surface again.
+        let coarse = lifted.then_some(coarse);
         self.positions.extend_from_slice(new);
         self.positions.resize(self.surface.vertices as usize, [0; 3]);
         self.rough.resize(self.surface.vertices as usize, Roughness::START);
@@ -155,13 +156,17 @@ impl Levels {
             surface: &self.surface,
             first,
             estimates: &step.estimates,
-            order: if sqrt3 { AxisOrder::NormalFirst } else { AxisOrder::NormalLast },
+            order: if step.kind != StepKind::Adaptive {
+                AxisOrder::NormalFirst
+            } else {
+                AxisOrder::NormalLast
+            },
             bits: 0,
             origin: [0; 3],
         };
         let corners = new_corners(&self.surface, first);
         self.position.code(coder, &pass, corners.into_iter(), &mut self.positions, &mut self.rough);
-        if lifted {
+        if let Some(coarse) = coarse {
             unlift_positions(&coarse, step.kind, &mut self.positions, rule);
             let limit = COORDINATE_LIMIT;
             self.positions.iter_mut().flatten().for_each(|x| *x = (*x).clamp(-limit, limit));
