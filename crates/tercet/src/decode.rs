@@ -36,9 +36,9 @@ pub struct LevelInfo {
     pub kind: &'static str,
     /// How its details moved the vertices of the level below.
     pub update: Update,
-    /// Vertices of this level.
+    /// Vertices of this level; of the finest, once it is restored.
     pub vertices: u32,
-    /// Faces of this level.
+    /// Faces of this level; of the finest, once it is restored.
     pub faces: u32,
     /// Bytes from the file's start to the end of this level.
     pub bytes: u64,
@@ -63,13 +63,19 @@ impl Info {
             bytes: section.end(),
             error: entry.error,
         };
+        let mut levels: Vec<LevelInfo> =
+            outline.levels.iter().zip(&header.sections).enumerate().map(level).collect();
+        // What is handed out as the finest level has been through the restoring sections.
+        if let Some(finest) = levels.last_mut() {
+            (finest.vertices, finest.faces) = (outline.vertices, outline.faces);
+        }
         Info {
             version: container::VERSION,
             precision: outline.precision.clone(),
             order_kept: outline.order_kept,
             vertices: outline.vertices,
             faces: outline.faces,
-            levels: outline.levels.iter().zip(&header.sections).enumerate().map(level).collect(),
+            levels,
             bytes: header.sections.iter().map(container::Section::end).max().unwrap_or(0),
         }
     }

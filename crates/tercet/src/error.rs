@@ -86,6 +86,16 @@ impl Error {
         Error::Syntax { place: place.into(), cause: cause.into() }
     }
 
+    /// Adds which vertex (from 0) a syntax error was found in.
+    pub(crate) fn in_vertex(self, vertex: usize) -> Self {
+        match self {
+            Error::Syntax { place, cause } => {
+                Error::Syntax { place: format!("{place}, vertex {vertex}"), cause }
+            }
+            other => other,
+        }
+    }
+
     pub(crate) fn mesh(place: impl Into<String>, cause: impl Into<String>) -> Self {
         Error::Mesh { place: place.into(), cause: cause.into() }
     }

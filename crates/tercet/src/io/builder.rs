@@ -3,7 +3,7 @@
 use std::io::ErrorKind;
 
 use super::Loaded;
-use super::text::count;
+use super::text::{Text, count};
 use crate::{Error, Limits, Mesh, Result};
 
 /// Bytes of a vertex, and of a face.
@@ -145,4 +145,9 @@ fn allocate<T>(items: &mut Vec<T>, further: u64) -> Result<()> {
     let out_of_memory = || Error::Io(ErrorKind::OutOfMemory.into());
     let further = usize::try_from(further).map_err(|_| out_of_memory())?;
     items.try_reserve_exact(further).map_err(|_| out_of_memory())
+}
+/// Three numbers, the position of the next vertex; an error names it, from 0.
+pub(super) fn coordinates(text: &mut Text, mesh: &Builder) -> Result<[f32; 3]> {
+    let mut number = || text.number().map_err(|error| error.in_vertex(mesh.vertices() as usize));
+    Ok([number()?, number()?, number()?])
 }

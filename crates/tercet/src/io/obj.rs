@@ -6,7 +6,7 @@
 use std::io::Write;
 
 use super::Loaded;
-use super::builder::Builder;
+use super::builder::{Builder, coordinates};
 use super::text::{Names, Text, count};
 use crate::{Error, Limits, Mesh, Result};
 
@@ -79,7 +79,7 @@ pub(super) fn read(bytes: &[u8], limits: &Limits) -> Result<Loaded> {
 
 /// `v x y z`, then nothing, a weight, or colours (with or without a weight before them).
 fn vertex(text: &mut Text, mesh: &mut Builder, left: &mut Left) -> Result<()> {
-    mesh.vertex([text.number()?, text.number()?, text.number()?])?;
+    mesh.vertex(coordinates(text, mesh)?)?;
     let mut further = 0;
     let mut weight = 1.0;
     while let Some(word) = text.word() {
@@ -225,9 +225,9 @@ mod tests {
 
     #[test]
     fn errors_name_the_line() {
-        assert_eq!(error("v 0 0\n"), "line 1: a number is missing at the end of the line");
-        assert_eq!(error("\nv 0 0 x\n"), "line 2: \"x\" is not a number");
-        assert_eq!(error("v 0 0 nan\n"), "line 1: \"nan\" is not a finite 32-bit float");
+        assert_eq!(error("v 0 0\n"), "line 1, vertex 0: a number is missing at the end of the line");
+        assert_eq!(error("\nv 0 0 x\n"), "line 2, vertex 0: \"x\" is not a number");
+        assert_eq!(error("v 0 0 nan\n"), "line 1, vertex 0: \"nan\" is not a finite 32-bit float");
         assert_eq!(error("v 0 0 0\nf 0 1 1\n"), "line 2: index 0: vertices are counted from 1");
         assert_eq!(error("v 0 0 0\nf 1 1 -2\n"), "line 2: index -2 is out of range: 1 vertices so far");
         assert_eq!(error("v 0 0 0\nf 1 1 7\nf 1 1 1\n"), "line 2: vertex 7 is out of range: the file has 1");

@@ -10,7 +10,7 @@
 use std::io::Write;
 
 use super::Loaded;
-use super::builder::Builder;
+use super::builder::{Builder, coordinates};
 use super::text::{Text, count, quote};
 use crate::{Error, Limits, Mesh, Result};
 
@@ -35,7 +35,7 @@ pub(super) fn read(bytes: &[u8], limits: &Limits) -> Result<Loaded> {
     let mut extended = 0;
     for _ in 0..header.vertices {
         seek_item(&mut text)?;
-        mesh.vertex([text.number()?, text.number()?, text.number()?])?;
+        mesh.vertex(coordinates(&mut text, &mesh)?)?;
         extended += u64::from(text.word().is_some());
         text.next_line();
     }
@@ -212,7 +212,10 @@ mod tests {
         assert!(error("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n").starts_with("line 6: index 3"));
         assert!(error("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 -1\n").starts_with("line 6: index -1"));
         assert!(error("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n-3 0 1 2\n").starts_with("line 6: a face of -3"));
-        assert!(error("OFF\n3 1 0\n0 0 0\n1 0\n0 1 0\n3 0 1 2\n").starts_with("line 4: a number is missing"));
+        assert!(
+            error("OFF\n3 1 0\n0 0 0\n1 0\n0 1 0\n3 0 1 2\n")
+                .starts_with("line 4, vertex 1: a number is missing")
+        );
         assert!(error("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0.0000\n").starts_with("line 6: the text ends"));
     }
 }

@@ -95,13 +95,14 @@ impl<'a, B: Body> Reader<'a, B> {
             };
         }
         self.mesh.reserve(element.count, 0)?;
-        for _ in 0..element.count {
+        for vertex in 0..element.count {
             let mut position = [0.0; 3];
             self.body.start_item()?;
             for (i, property) in element.properties.iter().enumerate() {
                 match axes.iter().position(|&axis| axis == i) {
                     Some(axis) => {
-                        let coordinate = self.body.coordinate(property.kind)?;
+                        let coordinate =
+                            self.body.coordinate(property.kind).map_err(|e| e.in_vertex(vertex as usize))?;
                         position[axis] = coordinate.value;
                         self.rounded |= coordinate.rounded;
                     }

@@ -175,7 +175,7 @@ fn errors_name_the_place() {
         (both.clone(), format!("{body}4 0 1 2\n"), "line 13: an integer is missing"),
         (both.clone(), format!("{body}3 0 1 2 0\n"), "line 13: \"0\" is one number too many"),
         (both, body.replace("1 0 0", "1.00000 0 0"), "line 13: the text ends too early"),
-        (plain.clone(), body.replace("1 0 0", "1 nan 0"), "line 9: \"nan\" is not a finite"),
+        (plain.clone(), body.replace("1 0 0", "1 nan 0"), "line 9, vertex 1: \"nan\" is not a finite"),
         (plain.replace("float y", "list int float y"), body.into(), "element \"vertex\": x, y and z"),
         (plain.replace("property float z\n", ""), body.into(), "element \"vertex\": x, y and z"),
         (format!("element face 1\n{FACE}"), "0\n".into(), "header: no element \"vertex\""),
