@@ -5,13 +5,13 @@ use super::flip::FlipModels;
 use super::model::number;
 use super::pass::{AxisOrder, Pass, Roughness};
 use super::position::PositionModels;
-use super::predict::{estimate, round};
+use super::predict::estimate;
 use super::split::SplitModels;
 use super::vector::{COORDINATE_LIMIT, Point, Vector};
 use crate::entropy::Coder;
 use crate::mesh::{NONE, Surface};
 use crate::subdivide::{
-    Refined, StepKind, Update, odd_applies, predict_sqrt3, refine, refine_sqrt3, unlift_positions,
+    Refined, StepKind, Update, odd_applies, predict_sqrt3, refine, refine_sqrt3, round, unlift_positions,
 };
 use crate::{Error, Limits, Result};
 

@@ -246,7 +246,7 @@ impl Coordinate<'_, '_> {
             below: contexts(true),
             sets: [
                 scale,
-                (parallelograms * 5 + apart) * 3 + kind + if around.estimate_only { 60 } else { 0 },
+                (parallelograms * 5 + apart) * 3 + kind + if around.parallelograms == 0 { 60 } else { 0 },
             ],
             candidates: around.candidates(self.axis, &experts.map(|e| e.centre)),
             trust: unit * 3 + kind,

@@ -64,8 +64,3 @@ fn raised(p: [Point; 3], n: [[i32; 3]; 3]) -> Vector {
     [0, 1, 2]
         .map(|k| ((sum[k] << FRACTION_BITS).div_euclid(3)) + ((bulge[k] * 4369) >> (14 + 16 - FRACTION_BITS)))
 }
-
-/// Rounds an estimate to the lattice.
-pub(crate) fn round(estimate: Vector) -> Point {
-    estimate.map(|x| ((x + (1 << (FRACTION_BITS - 1))) >> FRACTION_BITS) as i32)
-}

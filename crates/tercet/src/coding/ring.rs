@@ -87,7 +87,6 @@ pub(crate) struct Neighbourhood<'a> {
     /// That distance, in 1/256.
     pub edge: u64,
     pub rough: Roughness,
-    pub estimate_only: bool,
     ring: &'a Ring,
     positions: &'a [Point],
 }
@@ -185,7 +184,6 @@ impl<'a> Neighbourhood<'a> {
                 tangential: (tangential / n as u64) as u32,
                 normal: (normal / n as u64) as u32,
             },
-            estimate_only: count == 0,
             ring,
             positions,
         }

@@ -7,7 +7,7 @@
 //! the one that brings the coarse vertices nearer to the fine surface.
 
 use super::stencil::COMMON_DENOMINATOR;
-use super::{FRACTION_BITS, StepKind, for_each_stencil, predict_sqrt3};
+use super::{StepKind, for_each_stencil, predict_sqrt3, round};
 use crate::mesh::Surface;
 
 /// How details move the vertices that a coarser level keeps.
@@ -86,8 +86,8 @@ pub(crate) fn unlift_positions(coarse: &Surface, kind: StepKind, positions: &mut
 
 /// Adds or subtracts the rounded predictions.
 fn shift_all(points: &[[i32; 3]], predicted: &[[i64; 3]], by: fn(i32, i32) -> i32) -> Vec<[i32; 3]> {
-    let round = |x: i64| ((x + (1 << (FRACTION_BITS - 1))) >> FRACTION_BITS) as i32;
-    points.iter().zip(predicted).map(|(p, q)| [0, 1, 2].map(|k| by(p[k], round(q[k])))).collect()
+    let rounded = predicted.iter().map(|&q| round(q));
+    points.iter().zip(rounded).map(|(p, q)| [0, 1, 2].map(|k| by(p[k], q[k]))).collect()
 }
 
 #[cfg(test)]

@@ -19,7 +19,7 @@ pub(crate) mod shapes;
 pub use forward::subdivide;
 pub use lifting::Update;
 pub(crate) use lifting::{lift_positions, unlift_positions};
-pub(crate) use predict::{FRACTION_BITS, predict_sqrt3, subdivide_surface};
+pub(crate) use predict::{FRACTION_BITS, predict_sqrt3, round, subdivide_surface};
 pub(crate) use refine::{Refined, flip_edge, refine};
 pub(crate) use sqrt3::{odd_applies, refine_sqrt3};
 pub(crate) use stencil::for_each_stencil;

@@ -6,6 +6,12 @@ use crate::mesh::Surface;
 /// Fraction bits of a prediction.
 pub(crate) const FRACTION_BITS: u32 = 8;
 
+/// The lattice point nearest to a prediction, halves upwards.
+#[inline]
+pub(crate) fn round(prediction: [i64; 3]) -> [i32; 3] {
+    prediction.map(|x| ((x + (1 << (FRACTION_BITS - 1))) >> FRACTION_BITS) as i32)
+}
+
 /// Predicts each new vertex of a √3 step from the positions of the coarse vertices.
 ///
 /// `positions` has one lattice point a vertex; those of virtual vertices are not read. The
