@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::{Result, bail};
+use tercet::io::Format;
 use tercet::{Info, Level, Limits};
 
 use crate::args::Goal;
@@ -10,7 +11,22 @@ use crate::console::Console;
 use crate::feed::Feed;
 use crate::{Outcome, args, files, report};
 
-pub fn decode(args: &args::Decode, limits: &Limits, console: &Console) -> Result<Outcome> {
+#[derive(Debug, clap::Args)]
+pub struct DecodeArgs {
+    /// A .tct file; - for standard input.
+    #[arg(value_name = "FILE.tct")]
+    pub file: PathBuf,
+    /// The mesh to write; - for standard output [default: FILE with the suffix .ply].
+    #[arg(short, long, value_name = "MESH")]
+    pub output: Option<PathBuf>,
+    #[command(flatten)]
+    pub goal: Goal,
+    /// The format of MESH [default: by its suffix].
+    #[arg(long, value_parser = args::format)]
+    pub format: Option<Format>,
+}
+
+pub fn decode(args: &DecodeArgs, limits: &Limits, console: &Console) -> Result<Outcome> {
     let output = output(args)?;
     let format = files::format(&output, args.format)?;
     let name = files::name(&args.file);
@@ -47,7 +63,7 @@ pub fn decode(args: &args::Decode, limits: &Limits, console: &Console) -> Result
 
 /// The mesh to write. A name that was not given must not cost a file that exists: a mesh's own
 /// name is the likeliest.
-fn output(args: &args::Decode) -> Result<PathBuf> {
+fn output(args: &DecodeArgs) -> Result<PathBuf> {
     if let Some(output) = &args.output {
         return Ok(output.clone());
     }

@@ -7,9 +7,9 @@ mod info;
 mod subdivide;
 mod verify;
 
-pub use decode::decode;
-pub use demo::demo;
-pub use encode::encode;
-pub use info::info;
-pub use subdivide::subdivide;
-pub use verify::verify;
+pub use decode::{DecodeArgs, decode};
+pub use demo::{DemoArgs, demo};
+pub use encode::{EncodeArgs, encode};
+pub use info::{InfoArgs, info};
+pub use subdivide::{SubdivideArgs, subdivide};
+pub use verify::{VerifyArgs, verify};
