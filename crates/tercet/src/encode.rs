@@ -179,8 +179,8 @@ impl Writer {
         let fine = self.hierarchy.surface(self.hierarchy.steps.len());
         let mut coder = Encoder::new();
         let (split, flip) = self.decisions(&step);
-        if !matches!(step.kind, StepKind::Sqrt3Odd | StepKind::Butterfly) {
-            // Only these kinds ask for the coarse surface again; here is where memory is highest.
+        if step.kind != StepKind::Sqrt3Odd {
+            // Only that kind asks for the coarse surface again; here is where memory is highest.
             step.coarse = Surface::default();
         }
         let vertices = (fine.vertices - fine.virtuals) as u64;

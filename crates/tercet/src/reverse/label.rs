@@ -34,9 +34,9 @@ pub(super) trait Rule {
 /// A labelling, but for the components that several labellings fit.
 pub(super) struct Labels {
     /// For each vertex whether it is even. Virtual vertices are.
-    pub even: Vec<bool>,
+    even: Vec<bool>,
     /// The components left open, with their labellings.
-    pub open: Vec<Choice>,
+    open: Vec<Choice>,
 }
 
 /// A component and the labellings that fit it; every vertex of it may be odd.

@@ -66,7 +66,7 @@ fn seed(reduction: &Reduction, fine: &Surface, corner: u32) -> Option<(u32, u32)
     let turn = corner % 3;
     let anchor = reduction.anchor[face as usize];
     if reduction.kind == StepKind::Butterfly {
-        let real = !reduction.coarse.is_virtual_face(face);
+        let real = !fine.is_virtual(fine.at(anchor));
         return real.then(|| (IN_MIDDLE, (0..turn).fold(anchor, |d, _| next(d))));
     }
     if reduction.split[face as usize] {

@@ -104,6 +104,13 @@ mod tests {
     }
 
     #[test]
+    fn the_table_is_the_one_that_the_format_document_prints() {
+        let rows = (3..=MAX_VALENCE).flat_map(|n| &ROWS[n][..=n]);
+        let bytes: Vec<u8> = rows.flat_map(|weight| weight.to_le_bytes()).collect();
+        assert_eq!(crc32fast::hash(&bytes), 0xABA338F8);
+    }
+
+    #[test]
     fn rows_are_symmetric_about_the_edge() {
         for n in 3..=MAX_VALENCE {
             for j in 1..n {
