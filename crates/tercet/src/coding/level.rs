@@ -143,6 +143,13 @@ impl Levels {
         Ok(Step { kind, refined: refine(surface, &split, &flip), estimates })
     }
 
+    /// The real vertices of the surface that `step` leads to, as they would lie without details: the
+    /// old ones where they are, the new ones where they are expected.
+    pub fn without_details(&self, step: &Step) -> Vec<Point> {
+        let old = &self.positions[self.surface.virtuals as usize..];
+        old.iter().copied().chain(step.estimates.iter().map(|&e| round(e))).collect()
+    }
+
     /// Codes the positions of the step's new vertices (`new` when encoding, in their order) and
     /// makes its surface the current one.
     pub fn positions<C: Coder>(&mut self, coder: &mut C, step: Step, new: &[Point], rule: Update) {
