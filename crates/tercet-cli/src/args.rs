@@ -31,6 +31,8 @@ pub enum Command {
     Info(commands::InfoArgs),
     /// Check that a file restores a mesh.
     Verify(commands::VerifyArgs),
+    /// Measure how far two surfaces are apart.
+    Metrics(commands::MetricsArgs),
     /// Refine a mesh by subdivision.
     Subdivide(commands::SubdivideArgs),
     /// Show the levels of a mesh, cut the file off, decode and verify.
