@@ -16,6 +16,7 @@ mod ring;
 mod scale;
 mod split;
 pub(crate) mod supplement;
+mod traversal;
 mod vector;
 
 pub(crate) use level::Levels;
