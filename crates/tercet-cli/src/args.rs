@@ -1,9 +1,9 @@
-//! The command line's grammar.
-
-use std::path::PathBuf;
+//! The command line's grammar: what commands share; the rest stands with each command.
 
 use clap::{Parser, Subcommand, ValueEnum};
 use tercet::io::Format;
+
+use crate::commands;
 
 /// Progressive, lossless compression of triangle meshes.
 ///
@@ -24,54 +24,19 @@ pub struct Args {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Encode a mesh as a progressive file and print its levels.
-    Encode(Encode),
+    Encode(commands::EncodeArgs),
     /// Decode a file, or one of its levels, to a mesh.
-    Decode(Decode),
+    Decode(commands::DecodeArgs),
     /// Say what a file holds.
-    Info(Info),
+    Info(commands::InfoArgs),
     /// Check that a file restores a mesh.
-    Verify(Verify),
+    Verify(commands::VerifyArgs),
+    /// Measure how far two surfaces are apart.
+    Metrics(commands::MetricsArgs),
     /// Refine a mesh by subdivision.
-    Subdivide(Subdivide),
+    Subdivide(commands::SubdivideArgs),
     /// Show the levels of a mesh, cut the file off, decode and verify.
-    Demo(Demo),
-}
-
-#[derive(Debug, clap::Args)]
-pub struct Encode {
-    /// An OBJ, PLY, STL or OFF file; - for standard input.
-    pub mesh: PathBuf,
-    /// The file to write; - for standard output [default: MESH with the suffix .tct].
-    #[arg(short, long, value_name = "OUT.tct")]
-    pub output: Option<PathBuf>,
-    /// Round positions to a cubic lattice of 2^N points along the longest side [default: keep
-    /// every bit of every coordinate].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(4..=24))]
-    pub bits: Option<u8>,
-    /// Restore the order of vertices and faces too.
-    #[arg(long)]
-    pub keep_order: bool,
-    /// How vertices of √3 levels make up for the ones removed.
-    #[arg(long, value_name = "RULE", default_value = "none")]
-    pub update: UpdateRule,
-    /// The format of MESH [default: by its suffix].
-    #[arg(long, value_parser = format)]
-    pub format: Option<Format>,
-}
-
-#[derive(Debug, clap::Args)]
-pub struct Decode {
-    /// A .tct file; - for standard input.
-    #[arg(value_name = "FILE.tct")]
-    pub file: PathBuf,
-    /// The mesh to write; - for standard output [default: FILE with the suffix .ply].
-    #[arg(short, long, value_name = "MESH")]
-    pub output: Option<PathBuf>,
-    #[command(flatten)]
-    pub goal: Goal,
-    /// The format of MESH [default: by its suffix].
-    #[arg(long, value_parser = format)]
-    pub format: Option<Format>,
+    Demo(commands::DemoArgs),
 }
 
 /// How much of a file is wanted; by default all of it.
@@ -87,58 +52,6 @@ pub struct Goal {
     /// Decode the coarsest level with at most this error, as a part of the bounding box's diagonal.
     #[arg(long, value_name = "E", value_parser = error)]
     pub max_error: Option<f32>,
-}
-
-#[derive(Debug, clap::Args)]
-pub struct Info {
-    /// A .tct file; - for standard input.
-    #[arg(value_name = "FILE.tct")]
-    pub file: PathBuf,
-    /// Print JSON.
-    #[arg(long)]
-    pub json: bool,
-}
-
-#[derive(Debug, clap::Args)]
-pub struct Verify {
-    /// The original mesh; - for standard input.
-    pub mesh: PathBuf,
-    /// The file that should restore it; - for standard input.
-    #[arg(value_name = "FILE.tct")]
-    pub file: PathBuf,
-    /// The format of MESH [default: by its suffix].
-    #[arg(long, value_parser = format)]
-    pub format: Option<Format>,
-}
-
-#[derive(Debug, clap::Args)]
-pub struct Subdivide {
-    /// An OBJ, PLY, STL or OFF file; - for standard input.
-    pub mesh: PathBuf,
-    /// The mesh to write; - for standard output.
-    #[arg(short, long, value_name = "OUT")]
-    pub output: PathBuf,
-    /// The subdivision scheme.
-    #[arg(long)]
-    pub scheme: Scheme,
-    /// How many steps.
-    #[arg(long, value_name = "N")]
-    pub steps: u32,
-    /// The format of MESH [default: by its suffix].
-    #[arg(long, value_parser = format)]
-    pub format: Option<Format>,
-    /// The format of OUT [default: by its suffix].
-    #[arg(long, value_name = "FORMAT", value_parser = format)]
-    pub output_format: Option<Format>,
-}
-
-#[derive(Debug, clap::Args)]
-pub struct Demo {
-    /// A mesh file [default: a generated one, like a scan].
-    pub mesh: Option<PathBuf>,
-    /// The format of MESH [default: by its suffix].
-    #[arg(long, value_parser = format)]
-    pub format: Option<Format>,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -167,11 +80,11 @@ pub enum Scheme {
     Sqrt3,
 }
 
-fn format(name: &str) -> Result<Format, String> {
+pub fn format(name: &str) -> Result<Format, String> {
     Format::from_name(name).ok_or_else(|| "formats are obj, ply, stl and off".into())
 }
 
-fn error(text: &str) -> Result<f32, String> {
+pub fn error(text: &str) -> Result<f32, String> {
     match text.parse() {
         Ok(error) if error >= 0.0 => Ok(error),
         _ => Err("an error is a number that is not negative".into()),
@@ -179,7 +92,7 @@ fn error(text: &str) -> Result<f32, String> {
 }
 
 /// A number of bytes: digits and optionally one of K, M, G, T, each 1024 times the one before.
-fn size(text: &str) -> Result<u64, String> {
+pub fn size(text: &str) -> Result<u64, String> {
     let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
     let factor = match text[digits.len()..].to_ascii_uppercase().as_str() {
         "" => 1,

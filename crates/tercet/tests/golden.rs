@@ -61,7 +61,7 @@ fn damaged(valid: &[u8]) -> Vec<(&'static str, Vec<u8>)> {
     vec![
         ("checksum_of_a_header", flipped(12)),
         ("checksum_of_the_last_section", flipped(valid.len() - 1)),
-        ("unsupported_version", [&valid[..4], &[2], &valid[5..]].concat()),
+        ("unsupported_version", [&valid[..4], &[99], &valid[5..]].concat()),
         ("unsupported_section_type", changed(|file| file.sections.push(section(6)))),
         ("truncated_in_a_level", valid[..valid.len() - 3].to_vec()),
         ("format_vertices_of_a_level", changed(|file| file.level(0).vertices += 1)),

@@ -3,14 +3,30 @@
 use std::path::PathBuf;
 
 use anyhow::{Result, bail};
-use tercet::{Info, Level, Limits};
+use tercet::io::Format;
+use tercet::{Info, Level, Limits, Precision};
 
 use crate::args::Goal;
 use crate::console::Console;
 use crate::feed::Feed;
 use crate::{Outcome, args, files, report};
 
-pub fn decode(args: &args::Decode, limits: &Limits, console: &Console) -> Result<Outcome> {
+#[derive(Debug, clap::Args)]
+pub struct DecodeArgs {
+    /// A .tct file; - for standard input.
+    #[arg(value_name = "FILE.tct")]
+    pub file: PathBuf,
+    /// The mesh to write; - for standard output [default: FILE with the suffix .ply].
+    #[arg(short, long, value_name = "MESH")]
+    pub output: Option<PathBuf>,
+    #[command(flatten)]
+    pub goal: Goal,
+    /// The format of MESH [default: by its suffix].
+    #[arg(long, value_parser = args::format)]
+    pub format: Option<Format>,
+}
+
+pub fn decode(args: &DecodeArgs, limits: &Limits, console: &Console) -> Result<Outcome> {
     let output = output(args)?;
     let format = files::format(&output, args.format)?;
     let name = files::name(&args.file);
@@ -37,6 +53,10 @@ pub fn decode(args: &args::Decode, limits: &Limits, console: &Console) -> Result
     files::write_mesh(&best.mesh, &output, format, console)?;
     let reached = describe(&best, &info);
     if is_enough(&best, &info, &args.goal) || args.goal.bytes == Some(feed.bytes) {
+        if let Some(most) = args.goal.max_error.filter(|&most| best.restored && !is_within(&info, most)) {
+            let asked = report::error(most);
+            console.warn(&name, &format!("no level's error is at most {asked}; decoded {reached}"));
+        }
         console.report(&format!("{}: {reached}", output.display()), &output)?;
         return Ok(Outcome::Good);
     }
@@ -47,7 +67,7 @@ pub fn decode(args: &args::Decode, limits: &Limits, console: &Console) -> Result
 
 /// The mesh to write. A name that was not given must not cost a file that exists: a mesh's own
 /// name is the likeliest.
-fn output(args: &args::Decode) -> Result<PathBuf> {
+fn output(args: &DecodeArgs) -> Result<PathBuf> {
     if let Some(output) = &args.output {
         return Ok(output.clone());
     }
@@ -75,6 +95,12 @@ fn is_enough(level: &Level, info: &Info, goal: &Goal) -> bool {
         || !is_finest
             && (goal.level == Some(level.level)
                 || goal.max_error.is_some_and(|most| info.levels[level.level as usize].error <= most))
+}
+
+/// Whether the whole mesh is within `most` of the original: exact files are.
+fn is_within(info: &Info, most: f32) -> bool {
+    let rounded = matches!(info.precision, Precision::Lattice { .. });
+    !rounded || info.levels.last().is_none_or(|finest| finest.error <= most)
 }
 
 /// "level 3 of 0 to 7, 512 vertices, 1020 faces, error 0.5 %".

@@ -1,13 +1,25 @@
 //! `tercet demo`: the whole program on one mesh, as a short story.
 
+use std::path::PathBuf;
+
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
+use tercet::io::Format;
 use tercet::{Decoder, EncodeOptions, Encoded, Info, Level, Limits, Mesh};
 
 use super::{decode, encode, verify};
 use crate::console::Console;
 use crate::{Outcome, args, files, report};
+
+#[derive(Debug, clap::Args)]
+pub struct DemoArgs {
+    /// A mesh file [default: a generated one, like a scan].
+    pub mesh: Option<PathBuf>,
+    /// The format of MESH [default: by its suffix].
+    #[arg(long, value_parser = args::format)]
+    pub format: Option<Format>,
+}
 
 const VERTICES: usize = 20_000;
 const SEED: u64 = 3;
@@ -16,7 +28,7 @@ const LATTICE_BITS: u8 = 12;
 /// Where the file is cut off, in percent of its bytes.
 const CUTS: [u64; 4] = [5, 10, 25, 50];
 
-pub fn demo(args: &args::Demo, limits: &Limits, console: &Console) -> Result<Outcome> {
+pub fn demo(args: &DemoArgs, limits: &Limits, console: &Console) -> Result<Outcome> {
     let (name, mesh) = match &args.mesh {
         Some(path) => (files::name(path), files::read_mesh(path, args.format, limits, console)?),
         None => ("a generated surface, irregular like a scan".into(), tercet::shapes::scan(VERTICES, SEED)),

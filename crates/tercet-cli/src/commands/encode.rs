@@ -1,12 +1,38 @@
 //! `tercet encode`.
 
+use std::path::PathBuf;
+
 use anyhow::{Context, Result};
+use tercet::io::Format;
 use tercet::{EncodeOptions, Encoded, Limits, Mesh};
 
+use crate::args::UpdateRule;
 use crate::console::Console;
 use crate::{Outcome, args, files, report};
 
-pub fn encode(args: &args::Encode, limits: &Limits, console: &Console) -> Result<Outcome> {
+#[derive(Debug, clap::Args)]
+pub struct EncodeArgs {
+    /// An OBJ, PLY, STL or OFF file; - for standard input.
+    pub mesh: PathBuf,
+    /// The file to write; - for standard output [default: MESH with the suffix .tct].
+    #[arg(short, long, value_name = "OUT.tct")]
+    pub output: Option<PathBuf>,
+    /// Round positions to a cubic lattice of 2^N points along the longest side [default: keep
+    /// every bit of every coordinate].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(4..=24))]
+    pub bits: Option<u8>,
+    /// Restore the order of vertices and faces too.
+    #[arg(long)]
+    pub keep_order: bool,
+    /// How vertices of √3 levels make up for the ones removed.
+    #[arg(long, value_name = "RULE", default_value = "none")]
+    pub update: UpdateRule,
+    /// The format of MESH [default: by its suffix].
+    #[arg(long, value_parser = args::format)]
+    pub format: Option<Format>,
+}
+
+pub fn encode(args: &EncodeArgs, limits: &Limits, console: &Console) -> Result<Outcome> {
     let output = args.output.clone().unwrap_or_else(|| files::with_suffix(&args.mesh, "tct"));
     let mesh = files::read_mesh(&args.mesh, args.format, limits, console)?;
     let options = EncodeOptions { bits: args.bits, keep_order: args.keep_order, update: args.update.into() };

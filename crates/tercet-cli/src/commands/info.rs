@@ -1,14 +1,26 @@
 //! `tercet info`.
 
+use std::path::PathBuf;
+
 use anyhow::Result;
 use serde_json::{Value, json};
 use tercet::{Info, Limits, Precision};
 
 use crate::console::Console;
 use crate::feed::Feed;
-use crate::{Outcome, args, files, report};
+use crate::{Outcome, files, report};
 
-pub fn info(args: &args::Info, limits: &Limits, console: &Console) -> Result<Outcome> {
+#[derive(Debug, clap::Args)]
+pub struct InfoArgs {
+    /// A .tct file; - for standard input.
+    #[arg(value_name = "FILE.tct")]
+    pub file: PathBuf,
+    /// Print JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+pub fn info(args: &InfoArgs, limits: &Limits, console: &Console) -> Result<Outcome> {
     let info = Feed::open(&args.file, None, limits)?.info()?;
     if let Some(present) = size(args).filter(|&present| present < info.bytes) {
         let cut = format!("truncated after {present} of {} bytes", info.bytes);
@@ -19,7 +31,7 @@ pub fn info(args: &args::Info, limits: &Limits, console: &Console) -> Result<Out
 }
 
 /// The file's size, where it has one.
-fn size(args: &args::Info) -> Option<u64> {
+fn size(args: &InfoArgs) -> Option<u64> {
     let metadata = std::fs::metadata(&args.file).ok()?;
     (!files::is_standard(&args.file) && metadata.is_file()).then_some(metadata.len())
 }

@@ -1,6 +1,9 @@
 //! `tercet verify`.
 
+use std::path::PathBuf;
+
 use anyhow::{Result, bail};
+use tercet::io::Format;
 use tercet::verify::{Sameness, compare, quantised};
 use tercet::{Info, Limits, Mesh, Precision};
 
@@ -8,7 +11,19 @@ use crate::console::Console;
 use crate::feed::Feed;
 use crate::{Outcome, args, files};
 
-pub fn verify(args: &args::Verify, limits: &Limits, console: &Console) -> Result<Outcome> {
+#[derive(Debug, clap::Args)]
+pub struct VerifyArgs {
+    /// The original mesh; - for standard input.
+    pub mesh: PathBuf,
+    /// The file that should restore it; - for standard input.
+    #[arg(value_name = "FILE.tct")]
+    pub file: PathBuf,
+    /// The format of MESH [default: by its suffix].
+    #[arg(long, value_parser = args::format)]
+    pub format: Option<Format>,
+}
+
+pub fn verify(args: &VerifyArgs, limits: &Limits, console: &Console) -> Result<Outcome> {
     if files::is_standard(&args.mesh) && files::is_standard(&args.file) {
         bail!("-: only one of the two can be standard input");
     }

@@ -6,6 +6,7 @@ use super::model::number;
 use super::pass::{AxisOrder, Pass, Roughness};
 use super::position::PositionModels;
 use super::predict::estimate;
+use super::shape::Shapes;
 use super::split::SplitModels;
 use super::vector::{COORDINATE_LIMIT, Point, Vector};
 use crate::entropy::Coder;
@@ -130,13 +131,21 @@ impl Levels {
         }
         split.resize(surface.faces() as usize, false);
         flip.resize(surface.vertex.len(), false);
-        self.split.code(coder, surface, &self.positions, &mut split);
+        let shapes = Shapes::new(surface, &self.positions);
+        self.split.code(coder, surface, &shapes, &mut split);
         announced(split.iter().filter(|&&s| s).count() as u64)?;
-        let estimates = estimate(surface, &self.positions, &split);
+        let estimates = estimate(surface, &self.positions, &shapes, &split);
         self.positions.extend(estimates.iter().map(|&e| round(e)));
-        self.flip.code(coder, surface, &self.positions, &split, &mut flip);
+        self.flip.code(coder, surface, &shapes, &self.positions, &split, &mut flip);
         self.positions.truncate(surface.vertices as usize);
         Ok(Step { kind, refined: refine(surface, &split, &flip), estimates })
+    }
+
+    /// The real vertices of the surface that `step` leads to, as they would lie without details: the
+    /// old ones where they are, the new ones where they are expected.
+    pub fn without_details(&self, step: &Step) -> Vec<Point> {
+        let old = &self.positions[self.surface.virtuals as usize..];
+        old.iter().copied().chain(step.estimates.iter().map(|&e| round(e))).collect()
     }
 
     /// Codes the positions of the step's new vertices (`new` when encoding, in their order) and

@@ -153,17 +153,18 @@ impl Shape<'_> {
     /// be nearer; if not, no point of the surface around is.
     fn descend(&self, p: Vector, start: u32) -> (u32, f64) {
         let mut face = start;
-        let (mut square, mut feature) = self.nearest(p, start);
+        let mut nearest = self.nearest(p, start);
         for _ in 0..MOST_MOVES {
-            let found = match feature {
+            let square = nearest.square;
+            let found = match nearest.feature {
                 Feature::Inside => None,
                 Feature::Edge(k) => self.nearer(p, square, [self.surface.across(3 * face + k)]),
                 Feature::Corner(k) => self.nearer(p, square, self.surface.fan(3 * face + k).take(MOST_FACES)),
             };
             let Some(found) = found else { break };
-            (face, (square, feature)) = found;
+            (face, nearest) = found;
         }
-        (face, square)
+        (face, nearest.square)
     }
 
     /// The nearest of the faces of some corners, if one is nearer than `square`.
@@ -177,8 +178,8 @@ impl Shape<'_> {
         let mut least = square;
         for c in corners {
             let nearest = self.nearest(p, c / 3);
-            if nearest.0 < least {
-                least = nearest.0;
+            if nearest.square < least {
+                least = nearest.square;
                 best = Some((c / 3, nearest));
             }
         }

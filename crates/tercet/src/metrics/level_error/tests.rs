@@ -130,7 +130,7 @@ fn both_errors(mesh: &Mesh, rule: Update, counts: impl Fn(Vector) -> bool) -> Ve
         let shape = Shape { surface, positions: reached.positions.last().unwrap(), lattice: &lattice };
         let nearest = |p: Vector| {
             let faces = (0..surface.faces()).filter(|&f| !surface.is_virtual_face(f));
-            faces.map(|f| shape.nearest(p, f).0).fold(f64::INFINITY, f64::min)
+            faces.map(|f| shape.nearest(p, f).square).fold(f64::INFINITY, f64::min)
         };
         let sum: f64 = points.iter().map(|&p| nearest(p)).sum();
         exact.push((sum / points.len() as f64).sqrt() / diagonal(mesh));
