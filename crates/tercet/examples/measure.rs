@@ -3,7 +3,7 @@
 //! ```text
 //! measure convert MESH OUT.ply          positions and faces only
 //! measure refine MESH OUT.ply STEPS     √3 steps, noise, vertices and faces shuffled
-//! measure encode MESH.ply OUT.tct BITS  BITS is a number or "exact"
+//! measure encode MESH.ply OUT.tct BITS EFFORT  BITS is a number or "exact"
 //! measure decode FILE.tct
 //! ```
 //!
@@ -16,7 +16,7 @@ use std::fs;
 use std::path::Path;
 use std::time::Instant;
 use tercet::io::{self, Format};
-use tercet::{EncodeOptions, Limits, Mesh};
+use tercet::{Effort, EncodeOptions, Limits, Mesh};
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
@@ -25,17 +25,22 @@ fn main() -> Result<()> {
     match words.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["convert", mesh, out] => write(&read(mesh)?, out),
         ["refine", mesh, out, steps] => write(&refine(&read(mesh)?, steps.parse()?)?, out),
-        ["encode", mesh, out, bits] => encode(mesh, out, bits),
+        ["encode", mesh, out, bits, effort] => encode(mesh, out, bits, effort),
         ["decode", file] => decode(file),
         _ => Err("usage: see the head of examples/measure.rs".into()),
     }
 }
 
-fn encode(mesh: &str, out: &str, bits: &str) -> Result<()> {
+fn encode(mesh: &str, out: &str, bits: &str, effort: &str) -> Result<()> {
     let before = peak_bytes();
     let mesh = read(mesh)?;
     let bits = if bits == "exact" { None } else { Some(bits.parse()?) };
-    let options = EncodeOptions { bits, ..EncodeOptions::default() };
+    let effort = match effort {
+        "fast" => Effort::Fast,
+        "max" => Effort::Max,
+        _ => Effort::Default,
+    };
+    let options = EncodeOptions { bits, effort, ..EncodeOptions::default() };
     let start = Instant::now();
     let encoded = tercet::encode(&mesh, &options)?;
     println!("seconds={}", start.elapsed().as_secs_f64());

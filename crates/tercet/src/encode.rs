@@ -8,7 +8,7 @@ use crate::entropy::Encoder;
 use crate::mesh::{Cut, Lattice, Mesh, Surface, box_lattice, cut, next, prev};
 use crate::metrics::LevelErrors;
 use crate::reverse::{Hierarchy, Reduction, StepKind, lift};
-use crate::{Error, Limits, Result, Update};
+use crate::{Effort, Error, Limits, Result, Update};
 
 /// What to keep, and how.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -20,6 +20,8 @@ pub struct EncodeOptions {
     pub keep_order: bool,
     /// How the details of √3 levels move the vertices that a coarser level keeps.
     pub update: Update,
+    /// How much work it may take to write and to read the file.
+    pub effort: Effort,
 }
 
 /// A file and what it consists of.
@@ -85,7 +87,7 @@ pub fn encode_with(
         progress(Progress { stage: "reducing", done: total - reached.left() as u64, total });
         errors.measure(reached);
     });
-    let mut writer = Writer::new(hierarchy, options.update, errors.finish());
+    let mut writer = Writer::new(hierarchy, options, errors.finish());
     writer.base()?;
     while let Some(step) = writer.hierarchy.steps.pop() {
         progress(Progress { stage: "coding", done: writer.real_vertices(), total });
@@ -101,6 +103,7 @@ pub fn encode_with(
     payloads.extend(completing);
     let outline = Outline {
         order_kept: options.keep_order,
+        effort: options.effort,
         precision,
         vertices: mesh.positions.len() as u32,
         faces: mesh.faces.len() as u32,
@@ -141,12 +144,12 @@ struct Writer {
 }
 
 impl Writer {
-    fn new(hierarchy: Hierarchy, rule: Update, errors: Vec<f32>) -> Self {
+    fn new(hierarchy: Hierarchy, options: &EncodeOptions, errors: Vec<f32>) -> Self {
         Writer {
             hierarchy,
-            rule,
+            rule: options.update,
             errors,
-            levels: Levels::new(),
+            levels: Levels::new(options.effort),
             map: Vec::new(),
             entries: Vec::new(),
             payloads: Vec::new(),
@@ -166,7 +169,7 @@ impl Writer {
         self.map = self.levels.base(&mut coder, Some(known), &Limits { max_memory: u64::MAX })?;
         self.connectivity_bits += coder.bits();
         let positions = new_positions(&self.levels.surface, &self.map, known, &positions, 0);
-        self.levels.base_positions(&mut coder, positions);
+        self.levels.base_positions(&mut coder, &positions);
         self.finish(coder, LevelKind::Base, 0);
         Ok(())
     }

@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use tercet::io::Format;
 use tercet::{EncodeOptions, Encoded, Limits, Mesh};
 
-use crate::args::UpdateRule;
+use crate::args::{Effort, UpdateRule};
 use crate::console::Console;
 use crate::{Outcome, args, files, report};
 
@@ -27,6 +27,9 @@ pub struct EncodeArgs {
     /// How vertices of √3 levels make up for the ones removed.
     #[arg(long, value_name = "RULE", default_value = "none")]
     pub update: UpdateRule,
+    /// How much work it may take to write and to read the file.
+    #[arg(long, default_value = "default")]
+    pub effort: Effort,
     /// The format of MESH [default: by its suffix].
     #[arg(long, value_parser = args::format)]
     pub format: Option<Format>,
@@ -35,7 +38,12 @@ pub struct EncodeArgs {
 pub fn encode(args: &EncodeArgs, limits: &Limits, console: &Console) -> Result<Outcome> {
     let output = args.output.clone().unwrap_or_else(|| files::with_suffix(&args.mesh, "tct"));
     let mesh = files::read_mesh(&args.mesh, args.format, limits, console)?;
-    let options = EncodeOptions { bits: args.bits, keep_order: args.keep_order, update: args.update.into() };
+    let options = EncodeOptions {
+        bits: args.bits,
+        keep_order: args.keep_order,
+        update: args.update.into(),
+        effort: args.effort.into(),
+    };
     let encoded = encode_shown(&mesh, &options, console).with_context(|| files::name(&args.mesh))?;
     files::write_bytes(&encoded.bytes, &output)?;
     console.report(&summary(&encoded), &output)?;

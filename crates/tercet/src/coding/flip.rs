@@ -8,13 +8,22 @@
 use super::model::BitModel;
 use super::shape::Shapes;
 use super::vector::{Point, dot, sub};
-use crate::entropy::{Coder, log2_fixed};
+use crate::Effort;
+use crate::entropy::{Coder, Counter, log2_fixed};
 use crate::mesh::{Surface, next, prev};
 
 /// The models of flip bits; they live as long as the file.
-pub(crate) struct FlipModels {
-    bits: BitModel<6>,
+pub(crate) enum FlipModels {
+    Mixed(BitModel<6>),
+    /// One context, for speed.
+    Single(Vec<Counter>),
 }
+
+/// Outcomes that a single context remembers.
+const MEMORY: u16 = 250;
+
+/// Values of the single context.
+const SINGLE: usize = 32 * 16 * 4 * 4;
 
 /// Valences are expected in 1/32; an undecided edge counts as flipped with this probability.
 const UNIT: i32 = 32;
@@ -76,8 +85,13 @@ struct State<'a> {
 }
 
 impl FlipModels {
-    pub fn new() -> Self {
-        FlipModels { bits: BitModel::new([512, 2048, 1024, 4096, 1024, 4096], 64, 260) }
+    pub fn new(effort: Effort) -> Self {
+        match effort {
+            Effort::Fast => FlipModels::Single(vec![Counter::NEW; SINGLE]),
+            Effort::Default | Effort::Max => {
+                FlipModels::Mixed(BitModel::new([512, 2048, 1024, 4096, 1024, 4096], 64, 260))
+            }
+        }
     }
 
     /// Codes `flip`, one entry a corner, equal on both sides of an edge; time O(n).
@@ -98,8 +112,19 @@ impl FlipModels {
             let o = surface.across(c);
             let turned = [c, o].map(|c| state.turned[(c / 3) as usize]);
             let bit = !turned[0].is_blocked() && !turned[1].is_blocked() && {
-                let (set, contexts) = state.contexts(candidate, [c, o], turned);
-                self.bits.code(coder, flip[c as usize], set, contexts)
+                let known = flip[c as usize];
+                match self {
+                    FlipModels::Mixed(bits) => {
+                        let (set, contexts) = state.contexts(candidate, [c, o], turned);
+                        bits.code(coder, known, set, contexts)
+                    }
+                    FlipModels::Single(counters) => {
+                        let counter = &mut counters[state.context(candidate, [c, o], turned)];
+                        let bit = coder.bit(known, counter.p());
+                        counter.learn(bit, MEMORY);
+                        bit
+                    }
+                }
             };
             flip[c as usize] = bit;
             flip[o as usize] = bit;
@@ -198,6 +223,17 @@ impl State<'_> {
         } else {
             self.expected[self.surface.at(c) as usize] - PRIOR
         }
+    }
+
+    /// The single context.
+    #[inline(always)]
+    fn context(&self, candidate: Candidate, [c, o]: [u32; 2], turned: [Turned; 2]) -> usize {
+        let kind = candidate.one as usize + 2 * candidate.any_virtual as usize;
+        let ends: i32 = [next(c), prev(c)].map(|c| self.expected[self.surface.at(c) as usize]).iter().sum();
+        let apexes = self.apex_valence(c, turned[0]) + self.apex_valence(o, turned[1]);
+        let ends = ((2 * (ends + 2 * PRIOR) - 16 * UNIT) / UNIT).clamp(0, 15) as usize;
+        let apexes = ((apexes - 5 * UNIT) * 5 / (7 * UNIT)).clamp(0, 3) as usize;
+        ((candidate.angle as usize * 16 + ends) * 4 + kind) * 4 + apexes
     }
 
     #[inline(always)]

@@ -16,6 +16,7 @@ mod ring;
 mod scale;
 mod shape;
 mod split;
+mod tabled;
 pub(crate) mod supplement;
 mod vector;
 

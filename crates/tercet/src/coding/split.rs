@@ -5,13 +5,22 @@
 
 use super::model::BitModel;
 use super::shape::{FaceShape, Shapes, VIRTUAL};
-use crate::entropy::Coder;
+use crate::Effort;
+use crate::entropy::{Coder, Counter};
 use crate::mesh::Surface;
 
 /// The models of split bits; they live as long as the file.
-pub(crate) struct SplitModels {
-    bits: BitModel<6>,
+pub(crate) enum SplitModels {
+    Mixed(BitModel<6>),
+    /// One context, for speed.
+    Single(Vec<Counter>),
 }
+
+/// Outcomes that a single context remembers.
+const MEMORY: u16 = 250;
+
+/// Values of the single context.
+const SINGLE: usize = 16 * 16 * 3 * 2;
 
 /// A vertex: what it looks like and what has been decided about the faces at it; 8 bytes.
 #[derive(Clone, Copy)]
@@ -41,8 +50,13 @@ impl Mean {
 }
 
 impl SplitModels {
-    pub fn new() -> Self {
-        SplitModels { bits: BitModel::new([640, 1024, 640, 3584, 1120, 5760], 32, 260) }
+    pub fn new(effort: Effort) -> Self {
+        match effort {
+            Effort::Fast => SplitModels::Single(vec![Counter::NEW; SINGLE]),
+            Effort::Default | Effort::Max => {
+                SplitModels::Mixed(BitModel::new([640, 1024, 640, 3584, 1120, 5760], 32, 260))
+            }
+        }
     }
 
     /// Codes `split`, one entry a face of `surface`; time O(n).
@@ -73,17 +87,29 @@ impl SplitModels {
                 _ => shape.area as i32,
             };
             let size = if shape.is_virtual() { 0 } else { bin(shape.area as i32 - threshold, 3, 16) };
-            let valences = valence_triple(&around);
             let flag = shape.is_virtual() as usize;
-            let contexts = [
-                (local * 16 + neighbours) * 2 + flag,
-                valences * 2 + flag,
-                (local * 16 + size) * 2 + flag,
-                incidences(&around) * 2 + flag,
-                (local * 8 + beside) * 7 + shape.aspect as usize,
-                tightest(&around) * 16 + neighbours,
-            ];
-            let bit = self.bits.code(coder, split[f as usize], neighbours * 2 + flag, contexts);
+            let known = split[f as usize];
+            let bit = match self {
+                SplitModels::Mixed(bits) => {
+                    let contexts = [
+                        (local * 16 + neighbours) * 2 + flag,
+                        valence_triple(&around) * 2 + flag,
+                        (local * 16 + size) * 2 + flag,
+                        incidences(&around) * 2 + flag,
+                        (local * 8 + beside) * 7 + shape.aspect as usize,
+                        tightest(&around) * 16 + neighbours,
+                    ];
+                    bits.code(coder, known, neighbours * 2 + flag, contexts)
+                }
+                SplitModels::Single(counters) => {
+                    let local = if shape.is_virtual() { 0 } else { local.clamp(3, 17) - 2 };
+                    let context = ((neighbours * 16 + local) * 3 + share(&around)) * 2 + (size > 8) as usize;
+                    let counter = &mut counters[context];
+                    let bit = coder.bit(known, counter.p());
+                    counter.learn(bit, MEMORY);
+                    bit
+                }
+            };
             split[f as usize] = bit;
             if !shape.is_virtual() {
                 means[bit as usize].learn(shape.area);
@@ -131,6 +157,14 @@ fn incidences(around: &[Corner; 3]) -> usize {
         lone += if c.unsplit > 0 { 0 } else { 1 + (c.split > 0) as usize };
     }
     (ones.min(15) * 16 + zeros.min(15)) * 7 + lone
+}
+
+/// How many of the decided faces at the three corners are split: less than a third, a half, more.
+#[inline(always)]
+fn share(around: &[Corner; 3]) -> usize {
+    let split: usize = around.iter().map(|c| c.split as usize).sum();
+    let unsplit: usize = around.iter().map(|c| c.unsplit as usize).sum();
+    (3 * split >= unsplit) as usize + (2 * split >= unsplit) as usize
 }
 
 /// The three valences, sorted, each in 3..=10, as digits.

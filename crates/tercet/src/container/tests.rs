@@ -4,7 +4,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::mesh::Precision;
-use crate::{Error, Limits, Result};
+use crate::{Effort, Error, Limits, Result};
 
 type Arrived = Vec<(Part, Vec<u8>)>;
 
@@ -18,6 +18,7 @@ fn level(kind: LevelKind, vertices: u32, faces: u32, error: f32) -> LevelEntry {
 fn sample() -> (Outline, Vec<Vec<u8>>) {
     let outline = Outline {
         order_kept: true,
+        effort: Effort::Fast,
         precision: LATTICE,
         vertices: 300,
         faces: 596,
@@ -74,7 +75,7 @@ fn expected(outline: &Outline, payloads: &[Vec<u8>]) -> Arrived {
 
 /// A file with the given header bytes, its length and checksum in order, and no sections.
 fn with_header(header: &[u8]) -> Vec<u8> {
-    let mut bytes = vec![0x8A, b'T', b'C', b'T', 1];
+    let mut bytes = vec![0x8A, b'T', b'C', b'T', VERSION];
     varint::write(&mut bytes, header.len() as u64);
     bytes.extend(header);
     bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
@@ -97,6 +98,7 @@ const BASE: &[u8] = &[1, 0, 0, 0, 0, 0, 0, 3, 1, 0, 0];
 fn a_tiny_file_has_these_bytes() {
     let outline = Outline {
         order_kept: false,
+        effort: Effort::Default,
         precision: Precision::Decimal { exponent: 2, digits: 0, origin: [0, -1, 1] },
         vertices: 3,
         faces: 1,
@@ -438,7 +440,7 @@ fn outlines() -> impl Strategy<Value = Outline> {
             optional.sort();
             let order_kept = kept || supplements.contains(&Supplement::Order);
             supplements.extend(optional.into_iter().map(Supplement::Optional));
-            Outline { order_kept, precision, vertices, faces, levels, supplements }
+            Outline { order_kept, effort: Effort::Max, precision, vertices, faces, levels, supplements }
         },
     )
 }

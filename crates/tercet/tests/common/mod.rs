@@ -5,7 +5,7 @@ pub mod file;
 pub mod sqrt3;
 
 use tercet::shapes::{annulus, grid, icosahedron, join, noisy, scan, shuffled, soup, torus};
-use tercet::{Decoder, EncodeOptions, Error, Level, Limits, Mesh, Update};
+use tercet::{Decoder, Effort, EncodeOptions, Error, Level, Limits, Mesh, Update};
 
 /// A grid whose middle is missing.
 pub fn holed() -> Mesh {
@@ -50,7 +50,7 @@ pub fn options() -> Vec<EncodeOptions> {
         plain,
         EncodeOptions { keep_order: true, ..plain },
         EncodeOptions { bits: Some(9), ..plain },
-        EncodeOptions { bits: Some(7), keep_order: true, update: Update::Third },
+        EncodeOptions { bits: Some(7), keep_order: true, update: Update::Third, effort: Effort::Fast },
     ]
 }
 
