@@ -260,9 +260,8 @@ impl Decoder {
     /// Fails unless the surface has the real vertices and faces that its entry announces.
     fn check_counts(&self, entry: LevelEntry) -> Result<()> {
         let surface = &self.levels.surface;
-        let faces = (0..surface.faces()).filter(|&f| !surface.is_virtual_face(f)).count();
-        let found = [(surface.vertices - surface.virtuals) as usize, faces];
-        if found != [entry.vertices, entry.faces].map(|n| n as usize) {
+        let found = [surface.vertices - surface.virtuals, surface.real_faces()];
+        if found != [entry.vertices, entry.faces] {
             let [vertices, faces] = found;
             let cause = format!("{vertices} vertices and {faces} faces, not as many as announced");
             return Err(Error::format("level", cause));

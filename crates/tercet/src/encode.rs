@@ -233,7 +233,6 @@ impl Writer {
         self.position_bits +=
             coder.bits() - if kind == LevelKind::Base { self.connectivity_bits } else { before };
         let surface = &self.levels.surface;
-        let virtual_faces = (0..surface.faces()).filter(|&f| surface.is_virtual_face(f)).count() as u32;
         let lifted = matches!(kind, LevelKind::Sqrt3Even | LevelKind::Sqrt3Odd);
         self.entries.push(LevelEntry {
             kind,
@@ -243,7 +242,7 @@ impl Writer {
                 _ => UpdateRule::None,
             },
             vertices: surface.vertices - surface.virtuals,
-            faces: surface.faces() - virtual_faces,
+            faces: surface.real_faces(),
             error: container::round_error_up(self.errors.pop().unwrap_or_default()),
         });
         self.payloads.push(coder.finish());

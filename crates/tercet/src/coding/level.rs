@@ -170,7 +170,7 @@ impl Levels {
         split.resize(surface.faces() as usize, false);
         flip.resize(surface.vertex.len(), false);
         let shapes = Shapes::new(surface, &self.positions);
-        self.split.code(coder, surface, &shapes, &mut split);
+        self.split.code(coder, surface, &shapes, &self.positions, &mut split);
         announced(split.iter().filter(|&&s| s).count() as u64)?;
         let estimates = estimate(surface, &self.positions, &shapes, &split);
         self.positions.extend(estimates.iter().map(|&e| round(e)));

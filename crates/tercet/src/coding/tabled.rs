@@ -2,14 +2,14 @@
 //! mixed decisions.
 //!
 //! The pass, the ring and the shift into the tangent plane are the same; but a coordinate has one
-//! expectation, and what it is off by is one symbol of sixteen and a few plain bits. Two adaptive
-//! distributions, averaged, give the symbol's probability: one for how large errors are here, one
-//! for how large those of the axes before turned out.
+//! expectation, and what it is off by is one symbol of sixteen and a few plain bits. Coordinates
+//! often repeat one nearby: the symbol that the nearest neighbour's would be, and that of the nearest
+//! parallelogram, each select an adaptive distribution, and the two are averaged.
 
 use super::pass::{AxisOrder, Pass, Roughness};
 use super::position::{BOUNDARY, NORMAL, TANGENTIAL, axes, plain};
 use super::scale::{Scale, ScaleCell, bin};
-use super::vector::{COORDINATE_LIMIT, Point, Vector, add_to, cross, sub};
+use super::vector::{COORDINATE_LIMIT, Point, Vector, cross, sub};
 use crate::entropy::{Coder, Counter, Frequencies, SYMBOLS, log2_fixed, squash};
 use crate::mesh::{Surface, next};
 use crate::subdivide::FRACTION_BITS;
@@ -18,10 +18,10 @@ use crate::subdivide::FRACTION_BITS;
 pub(crate) struct TableModels {
     /// By kind of axis, number of neighbours coded before, distance of the neighbours, roughness.
     cells: Vec<ScaleCell>,
-    /// By kind of axis, width and fraction.
-    by_fraction: Vec<Frequencies>,
-    /// By kind of axis, width and the errors on the axes before.
-    by_surprise: Vec<Frequencies>,
+    /// By kind of axis, width and the symbol that the nearest neighbour's coordinate would be.
+    by_neighbour: Vec<Frequencies>,
+    /// The same for the nearest parallelogram's coordinate.
+    by_parallelogram: Vec<Frequencies>,
     /// By kind of axis and length in bits.
     escapes: Vec<Counter>,
 }
@@ -31,22 +31,23 @@ const NEW: usize = 4;
 const SIZES: usize = 32;
 const ROUGH: usize = 24;
 const WIDTHS: usize = 41;
-const FRACTIONS: usize = 4;
-const SURPRISES: usize = 7;
 const LENGTHS: usize = 32;
 
 /// Corners of a fan that are looked at.
 const MOST: usize = 32;
 
+/// The first steps of distributions are 2⁻⁴.
+const FASTEST: u32 = 4;
+
 /// Symbols for errors within ± this, in units; the last symbol is for those beyond.
 const NEAR: i64 = 7;
 
 /// 65536 / n.
-static RECIPROCAL: [i64; MOST + 1] = {
+static RECIPROCAL: [u64; MOST + 1] = {
     let mut table = [0; MOST + 1];
     let mut n = 1;
     while n <= MOST {
-        table[n] = 65536 / n as i64;
+        table[n] = 65536 / n as u64;
         n += 1;
     }
     table
@@ -78,13 +79,14 @@ impl Width {
     }
 }
 
-/// The distribution to begin with: logistic, its centre `offset`/256 above the middle of symbol 0.
-fn initial(bin: usize, offset: i64) -> Frequencies {
+/// The distribution to begin with in a bin of widths: logistic, its centre a little above the
+/// middle of symbol 0.
+fn initial(bin: usize) -> Frequencies {
     let (mean, plain) = Width::representative(bin);
     let scale = Scale::new(mean);
     let half = (1i64 << plain) >> 1;
     // P(error < the first of a unit) in 1/65536.
-    let below = |unit: i64| squash(scale.standardise(256 * ((unit << plain) - half) - 128 - offset)) as i64;
+    let below = |unit: i64| squash(scale.standardise(256 * ((unit << plain) - half) - 128 - 48)) as i64;
     let mut before = [0i16; SYMBOLS];
     let mut sum = 0i64;
     for (symbol, before) in before.iter_mut().enumerate() {
@@ -117,30 +119,66 @@ struct Around {
     /// Of the surface, below 2²¹.
     normal: Vector,
     at_boundary: bool,
-    /// The cell of a tangential axis less its roughness.
+    /// Digits of a cell that hold for all axes.
     cell: usize,
     /// Mean distance of the known neighbours in 1/256, and their mean roughness.
     edge: u64,
     rough: Roughness,
 }
 
-/// The known neighbours of the vertex visited last.
-struct Known {
-    vertices: [u32; MOST],
+/// Where a coordinate is expected, in 1/256.
+struct Centre {
+    kind: usize,
+    axis: usize,
+    place: i64,
+}
+
+/// A list of points near a vertex.
+struct Points {
+    points: [Point; MOST],
     count: usize,
+}
+
+impl Points {
+    const EMPTY: Points = Points { points: [[0; 3]; MOST], count: 0 };
+
+    #[inline(always)]
+    fn push(&mut self, point: Point) {
+        self.points[self.count & (MOST - 1)] = point;
+        self.count += 1;
+    }
+
+    /// The coordinate nearest to `middle`, the first of several, less `middle`; far away if there
+    /// is none.
+    #[inline(always)]
+    fn nearest(&self, axis: usize, middle: i64) -> i64 {
+        let mut nearest = FAR;
+        for point in &self.points[..self.count.min(MOST)] {
+            let offset = point[axis] as i64 - middle;
+            if offset.abs() < nearest.abs() {
+                nearest = offset;
+            }
+        }
+        nearest
+    }
+}
+
+/// The known neighbours of the vertex visited last, and the parallelograms that they make.
+struct Ring {
+    members: [u32; MOST],
+    known: Points,
+    parallelograms: Points,
 }
 
 impl TableModels {
     pub fn new() -> Self {
-        let distributions = |contexts: usize, offset: fn(usize) -> i64| -> Vec<Frequencies> {
-            let table = (0..KINDS * WIDTHS * contexts)
-                .map(|i| initial(i / contexts % WIDTHS, offset(i % contexts)));
-            table.collect()
-        };
+        let start: Vec<Frequencies> = (0..WIDTHS).map(initial).collect();
+        let table: Vec<Frequencies> =
+            (0..KINDS * WIDTHS * SYMBOLS).map(|i| start[i / SYMBOLS % WIDTHS]).collect();
         TableModels {
             cells: vec![ScaleCell::default(); KINDS * NEW * SIZES * ROUGH],
-            by_fraction: distributions(FRACTIONS, |fraction| 32 * fraction as i64 + 16),
-            by_surprise: distributions(SURPRISES, |_| 48),
+            by_parallelogram: table.clone(),
+            by_neighbour: table,
             escapes: vec![Counter::NEW; KINDS * LENGTHS],
         }
     }
@@ -157,7 +195,7 @@ impl TableModels {
         rough: &mut [Roughness],
     ) {
         let mut errors: Vec<[i32; 3]> = Vec::with_capacity(pass.estimates.len());
-        let mut known = Known { vertices: [0; MOST], count: 0 };
+        let mut ring = Ring { members: [0; MOST], known: Points::EMPTY, parallelograms: Points::EMPTY };
         for (i, &corner) in corners.iter().enumerate() {
             if coder.exhausted() {
                 // The caller refuses the level; what follows would only take time.
@@ -165,13 +203,13 @@ impl TableModels {
             }
             let v = pass.first as usize + i;
             let target = targets.get(i).copied().unwrap_or([0; 3]);
-            let around = look(pass, corner, v as u32, positions, &errors, rough, &mut known);
+            let around = look(pass, corner, v as u32, positions, &errors, rough, &mut ring);
             let point = match around {
                 None => plain(coder, pass, target),
                 Some(around) => {
-                    let (point, off) = self.vertex(coder, &around, pass.order, target);
+                    let (point, off) = self.vertex(coder, &around, &ring, pass.order, target);
                     rough[v] = off;
-                    for &y in &known.vertices[..known.count] {
+                    for &y in &ring.members[..ring.known.count.min(MOST)] {
                         rough[y as usize].blend(off);
                     }
                     point
@@ -189,6 +227,7 @@ impl TableModels {
         &mut self,
         coder: &mut C,
         around: &Around,
+        ring: &Ring,
         order: AxisOrder,
         target: Point,
     ) -> (Point, Roughness) {
@@ -197,7 +236,6 @@ impl TableModels {
         let mut point = target;
         let mut sizes = [0u64; 3];
         let mut moved = around.expected;
-        let mut surprise = 0;
         let normal_step = if order == AxisOrder::NormalLast { 2 } else { 0 };
         for (step, &axis) in axes.iter().enumerate() {
             let kind = match around.at_boundary {
@@ -205,14 +243,11 @@ impl TableModels {
                 false if step == normal_step => NORMAL,
                 false => TANGENTIAL,
             };
-            let (value, main) = self.coordinate(coder, around, kind, surprise, moved[axis], target[axis]);
+            let centre = Centre { kind, axis, place: moved[axis] };
+            let value = self.coordinate(coder, around, ring, centre, target[axis]);
             point[axis] = value;
             let off = ((value as i64) << FRACTION_BITS) - moved[axis];
             sizes[step] = off.unsigned_abs();
-            surprise = match step {
-                0 => 1 + (sizes[0] > main / 2) as usize + (sizes[0] > main + main / 2) as usize,
-                _ => 4 + (sizes[0] + sizes[1] > main) as usize + (sizes[0] + sizes[1] > 3 * main) as usize,
-            };
             moved[axis] += off;
             shift(&mut moved, &around.expected, normal, axes, step, order);
         }
@@ -229,36 +264,36 @@ impl TableModels {
         &mut self,
         coder: &mut C,
         around: &Around,
-        kind: usize,
-        surprise: usize,
-        centre: i64,
+        ring: &Ring,
+        Centre { kind, axis, place }: Centre,
         target: i32,
-    ) -> (i32, u64) {
-        let rough = if kind == NORMAL { around.rough.normal } else { around.rough.tangential } as u64;
+    ) -> i32 {
+        let across = kind == NORMAL;
+        let rough = if across { around.rough.normal } else { around.rough.tangential } as u64;
         let cell = (kind * NEW * SIZES + around.cell) * ROUGH + bin(rough + 8, 2, -9, ROUGH);
-        let prior = rough / 2 + (around.edge >> if kind == NORMAL { 6 } else { 4 }) + 40;
-        let main = self.cells[cell].mean(prior);
-        let width = Width::new(main);
-        let middle = (centre + 128) >> FRACTION_BITS;
-        let fraction = centre - (middle << FRACTION_BITS);
-        let mirror = |x: i64| if fraction < 0 { -x } else { x };
-        let table = kind * WIDTHS + width.bin;
-        let fraction = (fraction.unsigned_abs() as usize / 32).min(FRACTIONS - 1);
-        let first = &mut self.by_fraction[table * FRACTIONS + fraction];
-        let second = &mut self.by_surprise[table * SURPRISES + surprise];
+        let prior = rough / 2 + (around.edge >> if across { 6 } else { 4 }) + 40;
+        let width = Width::new(self.cells[cell].mean(prior));
+        let middle = (place + 128) >> FRACTION_BITS;
+        // Seen in the mirror, the expectation always lies above the middle.
+        let sign = if place < middle << FRACTION_BITS { -1 } else { 1 };
         let half = (1i64 << width.plain) >> 1;
-        let error = mirror(target as i64 - middle) + half;
-        let unit = error >> width.plain;
-        let wanted = if unit.abs() <= NEAR { fold(unit) } else { SYMBOLS - 1 };
-        let symbol = coder.symbol(wanted, first.mean(second));
-        first.learn(symbol, 5);
-        second.learn(symbol, 4);
-        let unit = if symbol < SYMBOLS - 1 { unfold(symbol) } else { self.escape(coder, kind, unit) };
-        let low = if width.plain == 0 { 0 } else { coder.raw_wide((error & ((1 << width.plain) - 1)) as u32, width.plain) };
-        let value = middle + mirror((unit << width.plain) + low as i64 - half);
+        let unit = |offset: i64| (sign * offset + half) >> width.plain;
+        let symbol = |unit: i64| if unit.abs() <= NEAR { fold(unit) } else { SYMBOLS - 1 };
+        let table = (kind * WIDTHS + width.bin) * SYMBOLS;
+        let [first, second] = [&ring.known, &ring.parallelograms]
+            .map(|list| table + symbol(unit(list.nearest(axis, middle))));
+        let (first, second) = (&mut self.by_neighbour[first], &mut self.by_parallelogram[second]);
+        let error = unit(target as i64 - middle);
+        let low = (sign * (target as i64 - middle) + half) & ((1 << width.plain) - 1);
+        let coded = coder.symbol(symbol(error), first.mean(second));
+        first.learn(coded, FASTEST);
+        second.learn(coded, FASTEST);
+        let error = if coded < SYMBOLS - 1 { unfold(coded) } else { self.escape(coder, kind, error) };
+        let low = if width.plain > 0 { coder.raw_wide(low as u32, width.plain) as i64 } else { 0 };
+        let value = middle + sign * ((error << width.plain) + low - half);
         let value = value.clamp(-(COORDINATE_LIMIT as i64), COORDINATE_LIMIT as i64) as i32;
-        self.cells[cell].learn(((value as i64) << FRACTION_BITS).abs_diff(centre));
-        (value, main)
+        self.cells[cell].learn(((value as i64) << FRACTION_BITS).abs_diff(place));
+        value
     }
 
     /// An error of more than [`NEAR`] units: its sign, the length of the rest, its bits.
@@ -291,90 +326,138 @@ fn look(
     positions: &[Point],
     errors: &[[i32; 3]],
     rough: &[Roughness],
-    known: &mut Known,
+    ring: &mut Ring,
 ) -> Option<Around> {
     let surface: &Surface = pass.surface;
     let has_estimates = !pass.estimates.is_empty();
-    known.count = 0;
-    let mut at_boundary = false;
-    let mut error = [0i64; 3];
-    let mut with_error = 0;
-    let (mut tangential, mut normal_rough) = (0u64, 0u64);
-    let mut distance = 0u64;
-    let mut sum = [0i64; 3];
-    let mut normal = [0i64; 3];
+    let is_known = |x: u32| x < v && !surface.is_virtual(x);
     let origin = positions[v as usize];
-    let mut first: Option<Vector> = None;
-    let mut before: Option<Vector> = None;
+    let (mut fan, mut error) = (Fan::default(), Sum::default());
+    let (mut tangential, mut normal, mut distance) = (0u64, 0u64, 0u64);
+    let mut at_boundary = false;
+    ring.known.count = 0;
+    ring.parallelograms.count = 0;
     let mut c = corner;
     for _ in 0..MOST {
         let n = next(c);
         let a = surface.at(n);
-        let mut place = None;
         if surface.is_virtual(a) {
             at_boundary = true;
+            fan.interrupt();
+        } else if a < v {
+            let p = positions[a as usize];
+            let place = sub(p, origin);
+            fan.add(place);
+            distance += place.iter().map(|x| x.unsigned_abs()).sum::<u64>();
+            tangential += rough[a as usize].tangential as u64;
+            normal += rough[a as usize].normal as u64;
+            if a >= pass.first && has_estimates {
+                error.add(errors[(a - pass.first) as usize]);
+            }
+            ring.members[ring.known.count & (MOST - 1)] = a;
+            ring.known.push(p);
+            let (b, w) = (surface.at(next(n)), surface.at(surface.across(c)));
+            if is_known(b) && is_known(w) {
+                let (q, r) = (positions[b as usize], positions[w as usize]);
+                ring.parallelograms.push([0, 1, 2].map(|k| p[k] + q[k] - r[k]));
+            }
+        } else if has_estimates {
+            fan.add(sub(positions[a as usize], origin));
         } else {
-            let i = a as usize;
-            let is_known = a < v;
-            if is_known || has_estimates {
-                place = Some(sub(positions[i], origin));
-            }
-            if let (Some(at), true) = (place, is_known) {
-                known.vertices[known.count] = a;
-                known.count += 1;
-                tangential += rough[i].tangential as u64;
-                normal_rough += rough[i].normal as u64;
-                distance += at[0].unsigned_abs() + at[1].unsigned_abs() + at[2].unsigned_abs();
-                for k in 0..3 {
-                    sum[k] += at[k];
-                }
-                if has_estimates && a >= pass.first {
-                    let e = errors[(a - pass.first) as usize];
-                    for k in 0..3 {
-                        error[k] += e[k] as i64;
-                    }
-                    with_error += 1;
-                }
-            }
+            fan.interrupt();
         }
-        if let (Some(x), Some(y)) = (before, place) {
-            add_to(&mut normal, cross(x, y));
-        }
-        if first.is_none() {
-            first = place;
-        }
-        before = place;
         c = next(surface.across(n));
         if c == corner {
             break;
         }
     }
-    if known.count == 0 {
+    if ring.known.count == 0 {
         return None;
     }
-    if let (Some(x), Some(y)) = (before, first) {
-        add_to(&mut normal, cross(x, y));
-    }
-    let n = known.count;
-    let reciprocal = RECIPROCAL[n];
-    let mean = |x: u64| (x * reciprocal as u64) >> 16;
+    let reciprocal = RECIPROCAL[ring.known.count];
+    let mean = |x: u64| (x * reciprocal) >> 16;
     let expected = match pass.estimates.get((v - pass.first) as usize) {
-        Some(e) => [0, 1, 2].map(|k| e[k] + ((error[k] * SHARE[with_error.min(7)]) >> 8)),
-        None => [0, 1, 2].map(|k| ((origin[k] as i64) << FRACTION_BITS) + ((sum[k] * reciprocal) >> 8)),
+        Some(e) => [0, 1, 2].map(|k| e[k] + ((error.sum[k] * SHARE[error.count.min(7)]) >> 8)),
+        None => middle(&ring.known),
     };
-    let all = normal.iter().fold(0, |m, x| m | x.unsigned_abs());
-    let spare = 43u32.saturating_sub(all.leading_zeros());
     // |x| + |y| + |z| is some 3/2 of the length.
     let edge = mean(distance << FRACTION_BITS);
-    let size = bin(edge + 1, 2, -7, SIZES);
     Some(Around {
         expected,
-        normal: normal.map(|x| x >> spare),
+        normal: fan.normal(),
         at_boundary,
-        cell: with_error.min(NEW - 1) * SIZES + size,
+        cell: error.count.min(NEW - 1) * SIZES + bin(edge + 1, 2, -7, SIZES),
         edge,
-        rough: Roughness { tangential: mean(tangential) as u32, normal: mean(normal_rough) as u32 },
+        rough: Roughness { tangential: mean(tangential) as u32, normal: mean(normal) as u32 },
     })
+}
+
+/// The mean of some points, in 1/256.
+fn middle(list: &Points) -> Vector {
+    let points = &list.points[..list.count];
+    [0, 1, 2].map(|k| {
+        let sum: i64 = points.iter().map(|p| p[k] as i64).sum();
+        (sum << FRACTION_BITS) / points.len() as i64
+    })
+}
+
+/// A sum of vectors.
+#[derive(Default)]
+struct Sum {
+    sum: Vector,
+    count: usize,
+}
+
+impl Sum {
+    #[inline(always)]
+    fn add(&mut self, x: [i32; 3]) {
+        self.sum = [0, 1, 2].map(|k| self.sum[k] + x[k] as i64);
+        self.count += 1;
+    }
+}
+
+/// The area of a fan whose ring comes point by point.
+#[derive(Default)]
+struct Fan {
+    first: Option<Vector>,
+    before: Option<Vector>,
+    area: Vector,
+}
+
+impl Fan {
+    #[inline(always)]
+    fn add(&mut self, place: Vector) {
+        match self.before {
+            Some(before) => self.triangle(before, place),
+            None if self.first.is_none() => self.first = Some(place),
+            None => {}
+        }
+        self.before = Some(place);
+    }
+
+    /// The ring has a gap here.
+    #[inline(always)]
+    fn interrupt(&mut self) {
+        self.before = None;
+    }
+
+    /// Only a ring of the largest faces could leave 64 bits.
+    #[inline(always)]
+    fn triangle(&mut self, a: Vector, b: Vector) {
+        let n = cross(a, b);
+        self.area = [0, 1, 2].map(|k| self.area[k].wrapping_add(n[k]));
+    }
+
+    /// The area vector, below 2²¹.
+    #[inline(always)]
+    fn normal(mut self) -> Vector {
+        if let (Some(before), Some(first)) = (self.before, self.first) {
+            self.triangle(before, first);
+        }
+        let all = self.area.iter().fold(0, |m, x| m | x.unsigned_abs());
+        let spare = 43u32.saturating_sub(all.leading_zeros());
+        self.area.map(|x| x >> spare)
+    }
 }
 
 /// How much of each neighbour's error to expect again, in 1/256, by the number of neighbours.

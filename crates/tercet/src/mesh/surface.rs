@@ -67,6 +67,14 @@ impl Surface {
         self.face(f).iter().any(|&v| self.is_virtual(v))
     }
 
+    /// Number of faces without a virtual corner; linear time if there are virtual vertices.
+    pub fn real_faces(&self) -> u32 {
+        if self.virtuals == 0 {
+            return self.faces();
+        }
+        (0..self.faces()).filter(|&f| !self.is_virtual_face(f)).count() as u32
+    }
+
     /// The three vertices of face `f`.
     #[inline(always)]
     pub fn face(&self, f: u32) -> [u32; 3] {
