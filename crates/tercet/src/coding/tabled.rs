@@ -13,6 +13,7 @@ use super::vector::{COORDINATE_LIMIT, Point, Vector, cross, sub};
 use crate::entropy::{Coder, Counter, Frequencies, SYMBOLS, log2_fixed, squash};
 use crate::mesh::{Surface, next};
 use crate::subdivide::FRACTION_BITS;
+use wide::i16x8;
 
 /// The models of positions; they live as long as the file.
 pub(crate) struct TableModels {
@@ -114,8 +115,9 @@ fn fold(unit: i64) -> usize {
 
 /// What is known around a vertex.
 struct Around {
-    /// Where it is expected, in 1/256.
+    /// Where it is expected, in 1/256, and its rounded estimate.
     expected: Vector,
+    origin: Point,
     /// Of the surface, below 2²¹.
     normal: Vector,
     at_boundary: bool,
@@ -133,40 +135,71 @@ struct Centre {
     place: i64,
 }
 
-/// A list of points near a vertex.
+/// A list of points, relative to the rounded estimate of a vertex, axis by axis.
 struct Points {
-    points: [Point; MOST],
+    offsets: [[i16; Points::MOST]; 3],
     count: usize,
 }
 
 impl Points {
-    const EMPTY: Points = Points { points: [[0; 3]; MOST], count: 0 };
+    const MOST: usize = 8;
+    /// Offsets are held within ± this …
+    const FAR: i16 = 1 << 13;
+    /// … so that this, in the place of a point that is not there, is far from all of them.
+    const NONE: i16 = 1 << 14;
 
-    #[inline(always)]
-    fn push(&mut self, point: Point) {
-        self.points[self.count & (MOST - 1)] = point;
-        self.count += 1;
-    }
+    const EMPTY: Points = Points { offsets: [[Points::NONE; Points::MOST]; 3], count: 0 };
 
-    /// The coordinate nearest to `middle`, the first of several, less `middle`; far away if there
-    /// is none.
+    /// Adds a point if there is room.
     #[inline(always)]
-    fn nearest(&self, axis: usize, middle: i64) -> i64 {
-        let mut nearest = FAR;
-        for point in &self.points[..self.count.min(MOST)] {
-            let offset = point[axis] as i64 - middle;
-            if offset.abs() < nearest.abs() {
-                nearest = offset;
+    fn push(&mut self, point: Vector) {
+        if self.count < Self::MOST {
+            for k in 0..3 {
+                self.offsets[k][self.count] = Self::held(point[k]);
             }
+            self.count += 1;
         }
-        nearest
     }
+
+    #[inline(always)]
+    fn held(offset: i64) -> i16 {
+        offset.clamp(-Self::FAR as i64, Self::FAR as i64) as i16
+    }
+
+    /// The least symbol that one of the coordinates would be.
+    #[inline(always)]
+    fn least_symbol(&self, axis: usize, frame: Frame) -> usize {
+        if frame.plain > 8 {
+            // Coarser than what is kept of the offsets.
+            return SYMBOLS - 1;
+        }
+        let sign = i16x8::splat(-(frame.mirrored as i16));
+        let offset = i16x8::new(self.offsets[axis]) - i16x8::splat(Self::held(frame.middle));
+        let unit = (((offset ^ sign) - sign) + i16x8::splat(frame.half as i16)) >> frame.plain;
+        let beyond = NEAR as i16 + 1;
+        let turned = (-unit).max(i16x8::splat(-beyond)).min(i16x8::splat(beyond));
+        let folded = (turned << 1_i32) ^ (turned >> 15_i32);
+        (folded.reduce_min() as usize).min(SYMBOLS - 1)
+    }
+}
+
+/// How errors of a coordinate become units.
+#[derive(Clone, Copy)]
+struct Frame {
+    /// The lattice coordinate nearest to the expectation, less that of the rounded estimate.
+    middle: i64,
+    /// Whether errors below the middle count as positive: seen so, the expectation is never below it.
+    mirrored: bool,
+    /// Low bits that are plain, and half of what they count to.
+    plain: u32,
+    half: i64,
 }
 
 /// The known neighbours of the vertex visited last, and the parallelograms that they make.
 struct Ring {
     members: [u32; MOST],
-    known: Points,
+    count: usize,
+    neighbours: Points,
     parallelograms: Points,
 }
 
@@ -195,7 +228,7 @@ impl TableModels {
         rough: &mut [Roughness],
     ) {
         let mut errors: Vec<[i32; 3]> = Vec::with_capacity(pass.estimates.len());
-        let mut ring = Ring { members: [0; MOST], known: Points::EMPTY, parallelograms: Points::EMPTY };
+        let mut ring = Ring { members: [0; MOST], count: 0, neighbours: Points::EMPTY, parallelograms: Points::EMPTY };
         for (i, &corner) in corners.iter().enumerate() {
             if coder.exhausted() {
                 // The caller refuses the level; what follows would only take time.
@@ -209,7 +242,7 @@ impl TableModels {
                 Some(around) => {
                     let (point, off) = self.vertex(coder, &around, &ring, pass.order, target);
                     rough[v] = off;
-                    for &y in &ring.members[..ring.known.count.min(MOST)] {
+                    for &y in &ring.members[..ring.count] {
                         rough[y as usize].blend(off);
                     }
                     point
@@ -274,23 +307,26 @@ impl TableModels {
         let prior = rough / 2 + (around.edge >> if across { 6 } else { 4 }) + 40;
         let width = Width::new(self.cells[cell].mean(prior));
         let middle = (place + 128) >> FRACTION_BITS;
-        // Seen in the mirror, the expectation always lies above the middle.
-        let sign = if place < middle << FRACTION_BITS { -1 } else { 1 };
-        let half = (1i64 << width.plain) >> 1;
-        let unit = |offset: i64| (sign * offset + half) >> width.plain;
-        let symbol = |unit: i64| if unit.abs() <= NEAR { fold(unit) } else { SYMBOLS - 1 };
+        let frame = Frame {
+            middle: middle - around.origin[axis] as i64,
+            mirrored: place < middle << FRACTION_BITS,
+            plain: width.plain,
+            half: (1i64 << width.plain) >> 1,
+        };
+        let sign = if frame.mirrored { -1 } else { 1 };
         let table = (kind * WIDTHS + width.bin) * SYMBOLS;
-        let [first, second] = [&ring.known, &ring.parallelograms]
-            .map(|list| table + symbol(unit(list.nearest(axis, middle))));
-        let (first, second) = (&mut self.by_neighbour[first], &mut self.by_parallelogram[second]);
-        let error = unit(target as i64 - middle);
-        let low = (sign * (target as i64 - middle) + half) & ((1 << width.plain) - 1);
-        let coded = coder.symbol(symbol(error), first.mean(second));
+        let first = &mut self.by_neighbour[table + ring.neighbours.least_symbol(axis, frame)];
+        let second = &mut self.by_parallelogram[table + ring.parallelograms.least_symbol(axis, frame)];
+        let error = sign * (target as i64 - middle) + frame.half;
+        let low = error & ((1 << width.plain) - 1);
+        let error = error >> width.plain;
+        let wanted = if error.abs() <= NEAR { fold(error) } else { SYMBOLS - 1 };
+        let coded = coder.symbol(wanted, first.mean(second));
         first.learn(coded, FASTEST);
         second.learn(coded, FASTEST);
         let error = if coded < SYMBOLS - 1 { unfold(coded) } else { self.escape(coder, kind, error) };
         let low = if width.plain > 0 { coder.raw_wide(low as u32, width.plain) as i64 } else { 0 };
-        let value = middle + sign * ((error << width.plain) + low - half);
+        let value = middle + sign * ((error << width.plain) + low - frame.half);
         let value = value.clamp(-(COORDINATE_LIMIT as i64), COORDINATE_LIMIT as i64) as i32;
         self.cells[cell].learn(((value as i64) << FRACTION_BITS).abs_diff(place));
         value
@@ -335,8 +371,9 @@ fn look(
     let (mut fan, mut error) = (Fan::default(), Sum::default());
     let (mut tangential, mut normal, mut distance) = (0u64, 0u64, 0u64);
     let mut at_boundary = false;
-    ring.known.count = 0;
-    ring.parallelograms.count = 0;
+    ring.count = 0;
+    ring.neighbours = Points::EMPTY;
+    ring.parallelograms = Points::EMPTY;
     let mut c = corner;
     for _ in 0..MOST {
         let n = next(c);
@@ -354,12 +391,13 @@ fn look(
             if a >= pass.first && has_estimates {
                 error.add(errors[(a - pass.first) as usize]);
             }
-            ring.members[ring.known.count & (MOST - 1)] = a;
-            ring.known.push(p);
+            ring.members[ring.count & (MOST - 1)] = a;
+            ring.count += 1;
+            ring.neighbours.push(place);
             let (b, w) = (surface.at(next(n)), surface.at(surface.across(c)));
             if is_known(b) && is_known(w) {
                 let (q, r) = (positions[b as usize], positions[w as usize]);
-                ring.parallelograms.push([0, 1, 2].map(|k| p[k] + q[k] - r[k]));
+                ring.parallelograms.push([0, 1, 2].map(|k| place[k] + q[k] as i64 - r[k] as i64));
             }
         } else if has_estimates {
             fan.add(sub(positions[a as usize], origin));
@@ -371,19 +409,20 @@ fn look(
             break;
         }
     }
-    if ring.known.count == 0 {
+    if ring.count == 0 {
         return None;
     }
-    let reciprocal = RECIPROCAL[ring.known.count];
+    let reciprocal = RECIPROCAL[ring.count];
     let mean = |x: u64| (x * reciprocal) >> 16;
     let expected = match pass.estimates.get((v - pass.first) as usize) {
         Some(e) => [0, 1, 2].map(|k| e[k] + ((error.sum[k] * SHARE[error.count.min(7)]) >> 8)),
-        None => middle(&ring.known),
+        None => middle(&ring.members[..ring.count], positions),
     };
     // |x| + |y| + |z| is some 3/2 of the length.
     let edge = mean(distance << FRACTION_BITS);
     Some(Around {
         expected,
+        origin,
         normal: fan.normal(),
         at_boundary,
         cell: error.count.min(NEW - 1) * SIZES + bin(edge + 1, 2, -7, SIZES),
@@ -392,12 +431,11 @@ fn look(
     })
 }
 
-/// The mean of some points, in 1/256.
-fn middle(list: &Points) -> Vector {
-    let points = &list.points[..list.count];
+/// The mean of some vertices' positions, in 1/256.
+fn middle(vertices: &[u32], positions: &[Point]) -> Vector {
     [0, 1, 2].map(|k| {
-        let sum: i64 = points.iter().map(|p| p[k] as i64).sum();
-        (sum << FRACTION_BITS) / points.len() as i64
+        let sum: i64 = vertices.iter().map(|&v| positions[v as usize][k] as i64).sum();
+        (sum << FRACTION_BITS) / vertices.len() as i64
     })
 }
 

@@ -26,7 +26,8 @@ pub(crate) const NONE: u32 = u32::MAX;
 /// The next corner of the same face, counter-clockwise.
 #[inline(always)]
 pub(crate) fn next(c: u32) -> u32 {
-    if c % 3 == 2 { c - 2 } else { c + 1 }
+    // A test for a multiple of three is one multiplication, a remainder is more.
+    if c.wrapping_add(1).is_multiple_of(3) { c - 2 } else { c + 1 }
 }
 
 /// The previous corner of the same face.
