@@ -48,7 +48,7 @@ impl Turned {
 
     #[inline(always)]
     fn flips(self) -> i32 {
-        (self.0 / Self::FLIP & 3) as i32
+        ((self.0 / Self::FLIP) & 3) as i32
     }
 
     /// An unsplit face turns with one flip at most.
@@ -176,9 +176,7 @@ fn survey<'a>(
                 let cotangent = |f: u32, is_split: bool, p: Point| {
                     match shapes.face[f as usize] {
                         // A new vertex lies near the barycentre: it faces a third of the area.
-                        face if !face.is_virtual() => {
-                            face.inverse.ratio(dot(sub(x, p), sub(y, p)), is_split)
-                        }
+                        face if !face.is_virtual() => face.inverse.ratio(dot(sub(x, p), sub(y, p)), is_split),
                         // … or, in a virtual face, near the middle of the edge.
                         _ => -COTANGENT_LIMIT,
                     }

@@ -16,8 +16,8 @@ mod ring;
 mod scale;
 mod shape;
 mod split;
-mod tabled;
 pub(crate) mod supplement;
+mod tabled;
 mod vector;
 
 pub(crate) use level::Levels;

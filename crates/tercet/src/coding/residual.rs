@@ -312,7 +312,8 @@ impl ResidualModels {
         let context = &mut by_context[walk.contexts[0]][node];
         let [a, b, c] = &mut self.by_split;
         let row = |i: usize| {
-            let parts = [walk.middle[i] - walk.low[i], walk.high[i] - walk.middle[i]].map(|n| n.min(3) as usize);
+            let parts =
+                [walk.middle[i] - walk.low[i], walk.high[i] - walk.middle[i]].map(|n| n.min(3) as usize);
             (4 * parts[0] + parts[1]) * TRUSTS + walk.situation.trust
         };
         let counters = [context, &mut a[row(0)][node], &mut b[row(1)][node], &mut c[row(2)][node]];

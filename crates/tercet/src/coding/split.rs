@@ -202,7 +202,8 @@ fn valence_triple(around: &[Corner; 3]) -> usize {
 fn tightest(around: &[Corner; 3]) -> usize {
     let [a, b, c] = around.map(|c| {
         let undecided = c.valence.saturating_sub(c.split.saturating_add(c.unsplit)) as u32;
-        undecided << 16 | (c.valence.min(11) as u32 * 6 + c.split.min(5) as u32) * 5 + undecided.min(4)
+        let key = (c.valence.min(11) as u32 * 6 + c.split.min(5) as u32) * 5 + undecided.min(4);
+        undecided << 16 | key
     });
     (a.min(b).min(c) & 0xffff) as usize
 }

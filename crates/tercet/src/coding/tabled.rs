@@ -154,8 +154,8 @@ impl Points {
     #[inline(always)]
     fn push(&mut self, point: Vector) {
         if self.count < Self::MOST {
-            for k in 0..3 {
-                self.offsets[k][self.count] = Self::held(point[k]);
+            for (offsets, offset) in self.offsets.iter_mut().zip(point) {
+                offsets[self.count] = Self::held(offset);
             }
             self.count += 1;
         }
@@ -228,7 +228,8 @@ impl TableModels {
         rough: &mut [Roughness],
     ) {
         let mut errors: Vec<[i32; 3]> = Vec::with_capacity(pass.estimates.len());
-        let mut ring = Ring { members: [0; MOST], count: 0, neighbours: Points::EMPTY, parallelograms: Points::EMPTY };
+        let mut ring =
+            Ring { members: [0; MOST], count: 0, neighbours: Points::EMPTY, parallelograms: Points::EMPTY };
         for (i, &corner) in corners.iter().enumerate() {
             if coder.exhausted() {
                 // The caller refuses the level; what follows would only take time.

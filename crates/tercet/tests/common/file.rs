@@ -26,7 +26,7 @@ pub struct LevelFields {
 }
 
 /// Magic and version.
-const MAGIC: [u8; 5] = [0x8A, b'T', b'C', b'T', 2];
+const MAGIC: [u8; 5] = [0x8A, b'T', b'C', b'T', 3];
 
 impl File {
     pub fn parse(bytes: &[u8]) -> File {
