@@ -75,6 +75,26 @@ impl From<UpdateRule> for tercet::Update {
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum Effort {
+    /// One adaptive table for each kind of decision: several times faster.
+    Fast,
+    /// Several models, mixed: smaller.
+    Default,
+    /// As many models as pay at all; at present those of the default.
+    Max,
+}
+
+impl From<Effort> for tercet::Effort {
+    fn from(effort: Effort) -> Self {
+        match effort {
+            Effort::Fast => tercet::Effort::Fast,
+            Effort::Default => tercet::Effort::Default,
+            Effort::Max => tercet::Effort::Max,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum Scheme {
     /// Interpolatory √3 subdivision: three times the faces a step.
     Sqrt3,
