@@ -1,0 +1,12 @@
+//! The server and its client, on loopback.
+
+mod conditions;
+mod encoding;
+mod faults;
+mod fetch;
+mod folder;
+mod link;
+mod load;
+mod plain;
+mod session;
+mod site;
