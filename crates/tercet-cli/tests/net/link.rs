@@ -25,6 +25,9 @@ const PACKET: usize = 1460;
 /// Packets that a queue before the link holds: 64 KB.
 const QUEUE: usize = 45;
 
+/// A link that has waited for longer than this had nothing to send; for less, the clock was late.
+const IDLE: Duration = Duration::from_millis(10);
+
 impl Link {
     /// 1 Mbit/s with this latency.
     pub fn slow(latency: Duration) -> Link {
@@ -71,7 +74,11 @@ impl Link {
             left -= count;
             // The packet leaves when the one before it has left and its own bits have.
             let time = Duration::from_secs_f64(8.0 * count as f64 / self.bits_per_second);
-            free = free.max(Instant::now()) + time;
+            let now = Instant::now();
+            if now > free + IDLE {
+                free = now;
+            }
+            free += time;
             sleep_until(free).await;
             if queue.send((free, Bytes::copy_from_slice(&packet[..count]))).await.is_err() {
                 break;

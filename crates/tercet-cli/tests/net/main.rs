@@ -1,5 +1,6 @@
 //! The server and its client, on loopback.
 
+mod bucket;
 mod conditions;
 mod encoding;
 mod faults;

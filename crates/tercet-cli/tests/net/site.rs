@@ -95,25 +95,35 @@ impl Site {
     }
 
     pub async fn request(&self, method: &str, target: &str, fields: &[(&str, &str)]) -> Answer {
-        let fields: String = fields.iter().map(|(name, value)| format!("{name}: {value}\r\n")).collect();
-        let head = format!("{method} {target} HTTP/1.1\r\nHost: test\r\nConnection: close\r\n{fields}\r\n");
-        self.raw(head.as_bytes()).await
+        request(self.address, method, target, fields).await
     }
 
-    /// Sends bytes, and reads until the server closes the connection.
+    /// As [`raw`], to this server.
     pub async fn raw(&self, request: &[u8]) -> Answer {
-        let mut stream = TcpStream::connect(self.address).await.unwrap();
-        // The server may close before it has read everything, which resets the connection.
-        let _ = stream.write_all(request).await;
-        let mut bytes = Vec::new();
-        let _ = stream.read_to_end(&mut bytes).await;
-        Answer::parse(&bytes)
+        raw(self.address, request).await
     }
 
     /// Tells the server to stop.
     pub fn stop(self) {
         let _ = self.stop.send(());
     }
+}
+
+/// Asks a server.
+pub async fn request(address: SocketAddr, method: &str, target: &str, fields: &[(&str, &str)]) -> Answer {
+    let fields: String = fields.iter().map(|(name, value)| format!("{name}: {value}\r\n")).collect();
+    let head = format!("{method} {target} HTTP/1.1\r\nHost: test\r\nConnection: close\r\n{fields}\r\n");
+    raw(address, head.as_bytes()).await
+}
+
+/// Sends bytes to a server, and reads until it closes the connection.
+async fn raw(address: SocketAddr, request: &[u8]) -> Answer {
+    let mut stream = TcpStream::connect(address).await.unwrap();
+    // The server may close before it has read everything, which resets the connection.
+    let _ = stream.write_all(request).await;
+    let mut bytes = Vec::new();
+    let _ = stream.read_to_end(&mut bytes).await;
+    Answer::parse(&bytes)
 }
 
 impl Answer {
