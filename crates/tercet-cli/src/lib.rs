@@ -11,6 +11,7 @@ mod feed;
 #[cfg(feature = "fetch")]
 mod fetch;
 mod files;
+mod input;
 #[cfg(any(feature = "serve", feature = "fetch"))]
 mod protocol;
 mod report;
@@ -50,6 +51,7 @@ pub fn run() -> ExitCode {
         Command::Decode(args) => commands::decode(args, &limits, &console),
         Command::Info(args) => commands::info(args, &limits, &console),
         Command::Verify(args) => commands::verify(args, &limits, &console),
+        Command::Metrics(args) => commands::metrics(args, &limits, &console),
         Command::Subdivide(args) => commands::subdivide(args, &limits, &console),
         Command::Demo(args) => commands::demo(args, &limits, &console),
         #[cfg(feature = "fetch")]

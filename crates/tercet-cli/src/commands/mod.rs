@@ -6,6 +6,7 @@ mod encode;
 #[cfg(feature = "fetch")]
 mod fetch;
 mod info;
+mod metrics;
 #[cfg(feature = "serve")]
 mod serve;
 mod subdivide;
@@ -19,6 +20,7 @@ pub use encode::{EncodeArgs, encode};
 #[cfg(feature = "fetch")]
 pub use fetch::{FetchArgs, fetch};
 pub use info::{InfoArgs, info};
+pub use metrics::{MetricsArgs, metrics};
 #[cfg(feature = "serve")]
 pub use serve::{ServeArgs, serve};
 pub use subdivide::{SubdivideArgs, subdivide};
