@@ -25,6 +25,8 @@ pub struct Info {
     pub faces: u32,
     /// The base, then each level above it.
     pub levels: Vec<LevelInfo>,
+    /// Bytes before the first section: they are what this was read from.
+    pub header_bytes: u64,
     /// Size of the whole file.
     pub bytes: u64,
 }
@@ -80,6 +82,7 @@ impl Info {
             vertices: outline.vertices,
             faces: outline.faces,
             levels,
+            header_bytes: header.sections.first().map_or(0, |section| section.offset),
             bytes: header.sections.iter().map(container::Section::end).max().unwrap_or(0),
         }
     }
