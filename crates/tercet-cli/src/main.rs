@@ -6,6 +6,8 @@ mod console;
 mod feed;
 mod files;
 mod input;
+mod page;
+mod picture;
 mod report;
 mod table;
 
@@ -39,6 +41,8 @@ fn main() -> ExitCode {
         Command::Info(args) => commands::info(args, &limits, &console),
         Command::Verify(args) => commands::verify(args, &limits, &console),
         Command::Metrics(args) => commands::metrics(args, &limits, &console),
+        Command::Render(args) => commands::render(args, &limits, &console),
+        Command::Report(args) => commands::report(args, &limits, &console),
         Command::Subdivide(args) => commands::subdivide(args, &limits, &console),
         Command::Demo(args) => commands::demo(args, &limits, &console),
     };

@@ -15,6 +15,11 @@ pub fn bits_per_vertex(bytes: u64, info: &Info) -> f64 {
 
 /// The table of levels, and a line for the whole file.
 pub fn levels(info: &Info) -> String {
+    format!("{}\n{}", level_table(info).lines(), total(info))
+}
+
+/// A row for each level, and one for what restores the original from the finest.
+pub fn level_table(info: &Info) -> Table {
     let mut table =
         Table::new(["level", "kind", "vertices", "faces", "bytes", "cumulative", "bits/vertex", "error"]);
     let mut before = 0;
@@ -45,11 +50,11 @@ pub fn levels(info: &Info) -> String {
             String::new(),
         ]);
     }
-    format!("{}\n{}", table.lines(), total(info))
+    table
 }
 
 /// "total: 12345 bytes, 12.3 bits per vertex, 5.1 % of 241000 plain bytes".
-fn total(info: &Info) -> String {
+pub fn total(info: &Info) -> String {
     let plain = PLAIN_VERTEX * u64::from(info.vertices) + PLAIN_FACE * u64::from(info.faces);
     let share = if plain > 0 {
         let percent = 100.0 * info.bytes as f64 / plain as f64;

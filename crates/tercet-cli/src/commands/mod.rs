@@ -5,13 +5,17 @@ mod demo;
 mod encode;
 mod info;
 mod metrics;
+mod render;
+mod report;
 mod subdivide;
 mod verify;
 
 pub use decode::{DecodeArgs, decode};
 pub use demo::{DemoArgs, demo};
-pub use encode::{EncodeArgs, encode};
+pub use encode::{EncodeArgs, encode, encode_shown};
 pub use info::{InfoArgs, info};
 pub use metrics::{MetricsArgs, metrics};
+pub use render::{RenderArgs, render};
+pub use report::{ReportArgs, report};
 pub use subdivide::{SubdivideArgs, subdivide};
 pub use verify::{VerifyArgs, verify};
