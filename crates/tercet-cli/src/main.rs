@@ -43,6 +43,7 @@ fn main() -> ExitCode {
         Command::Metrics(args) => commands::metrics(args, &limits, &console),
         Command::Render(args) => commands::render(args, &limits, &console),
         Command::Report(args) => commands::report(args, &limits, &console),
+        Command::Compare(args) => commands::compare(args, &limits, &console),
         Command::Subdivide(args) => commands::subdivide(args, &limits, &console),
         Command::Demo(args) => commands::demo(args, &limits, &console),
     };

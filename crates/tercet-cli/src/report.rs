@@ -91,6 +91,12 @@ pub fn error(error: f32) -> String {
     format!("{percent:.*} %", digits as usize)
 }
 
+/// How much a count changed: "-66.6 %".
+pub fn rate(before: u32, now: u32) -> String {
+    let percent = 100.0 * (f64::from(now) - f64::from(before)) / f64::from(before.max(1));
+    format!("{percent:.1} %")
+}
+
 /// A signal-to-noise ratio.
 pub fn decibels(ratio: f64) -> String {
     if ratio.is_finite() { format!("{ratio:.2} dB") } else { "infinite: no difference".into() }

@@ -1,5 +1,6 @@
 //! One file for each command.
 
+mod compare;
 mod decode;
 mod demo;
 mod encode;
@@ -10,12 +11,13 @@ mod report;
 mod subdivide;
 mod verify;
 
+pub use compare::{CompareArgs, Plan, Schemes, compare};
 pub use decode::{DecodeArgs, decode};
 pub use demo::{DemoArgs, demo};
 pub use encode::{EncodeArgs, encode, encode_shown};
 pub use info::{InfoArgs, info};
 pub use metrics::{MetricsArgs, metrics};
-pub use render::{RenderArgs, render};
+pub use render::{RenderArgs, diagonal, render};
 pub use report::{ReportArgs, report};
 pub use subdivide::{SubdivideArgs, subdivide};
 pub use verify::{VerifyArgs, verify};

@@ -8,8 +8,8 @@ use tercet::io::Format;
 use tercet::metrics::{MetricsOptions, TriangleTree, compare};
 use tercet::{EncodeOptions, Encoded, Level, Limits, Mesh};
 
-use super::encode_shown;
 use super::render::{Look, counts, diagonal};
+use super::{Plan, Schemes, encode_shown};
 use crate::console::Console;
 use crate::page::{Figure, Page, Plot, Series};
 use crate::picture::{Camera, Picture, Size, Style, width_for_surface};
@@ -48,7 +48,8 @@ pub fn report(args: &ReportArgs, limits: &Limits, console: &Console) -> Result<O
     report.surface(&mut page).with_context(|| name.clone())?;
     report.levels(&mut page)?;
     report.steps(&mut page)?;
-    report.rates(&mut page, limits, console).with_context(|| name)?;
+    report.rates(&mut page, limits, console).with_context(|| name.clone())?;
+    report.schemes(&mut page, limits, console).with_context(|| name)?;
     let path = args.output.join("index.html");
     files::write_bytes(page.html().as_bytes(), &path)?;
     console.report(&format!("{}: {} pictures", path.display(), report.pictures), &path)?;
@@ -190,6 +191,18 @@ impl<'a> Report<'a> {
             ],
         });
         page.table(&table);
+        Ok(())
+    }
+
+    /// The paper's comparison of schemes.
+    fn schemes(&self, page: &mut Page, limits: &Limits, console: &Console) -> Result<()> {
+        page.heading("Both subdivision schemes");
+        let metrics = MetricsOptions { samples: SAMPLES / 4, ..MetricsOptions::default() };
+        let plan = Plan { levels: 2, bits: 12, metrics };
+        for (title, table) in Schemes::new(self.mesh, plan, limits, console)?.tables() {
+            page.paragraph(&title);
+            page.table(&table);
+        }
         Ok(())
     }
 

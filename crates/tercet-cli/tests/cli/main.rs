@@ -1,5 +1,6 @@
 //! The command as a person runs it: arguments in; files, lines and exit statuses out.
 
+mod compare;
 mod decode;
 mod demo;
 mod encode;
@@ -148,7 +149,8 @@ fn help_and_version_are_answers() {
     let folder = Folder::new("help");
     assert!(folder.good("--version").starts_with("tercet "));
     let help = folder.good("--help");
-    for command in ["encode", "decode", "info", "verify", "metrics", "render", "report", "subdivide", "demo"]
+    for command in
+        ["encode", "decode", "info", "verify", "metrics", "compare", "render", "report", "subdivide", "demo"]
     {
         assert!(help.contains(command), "{command} is not in:\n{help}");
         assert!(folder.good(&format!("{command} --help")).contains("Usage: tercet"));
