@@ -33,6 +33,12 @@ pub enum Command {
     Verify(commands::VerifyArgs),
     /// Measure how far two surfaces are apart.
     Metrics(commands::MetricsArgs),
+    /// Compare the two subdivision schemes on a mesh: steps, cost, errors, updates.
+    Compare(commands::CompareArgs),
+    /// Draw a mesh or a level: its surface, edges, vertex division or error.
+    Render(commands::RenderArgs),
+    /// Put a mesh, its levels and what they cost on one page, with pictures.
+    Report(commands::ReportArgs),
     /// Refine a mesh by subdivision.
     Subdivide(commands::SubdivideArgs),
     /// Show the levels of a mesh, cut the file off, decode and verify.

@@ -30,6 +30,11 @@ impl Feed {
         Ok(Feed { name: files::name(path), input: Box::new(input), decoder, pending: None, bytes: 0 })
     }
 
+    /// Levels shall come with their predictions.
+    pub fn keep_predictions(&mut self) {
+        self.decoder.keep_predictions(true);
+    }
+
     /// What the file says of itself; reads on until its header has arrived.
     ///
     /// # Errors

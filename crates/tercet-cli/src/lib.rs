@@ -12,6 +12,8 @@ mod feed;
 mod fetch;
 mod files;
 mod input;
+mod page;
+mod picture;
 #[cfg(any(feature = "serve", feature = "fetch"))]
 mod protocol;
 mod report;
@@ -52,6 +54,9 @@ pub fn run() -> ExitCode {
         Command::Info(args) => commands::info(args, &limits, &console),
         Command::Verify(args) => commands::verify(args, &limits, &console),
         Command::Metrics(args) => commands::metrics(args, &limits, &console),
+        Command::Render(args) => commands::render(args, &limits, &console),
+        Command::Report(args) => commands::report(args, &limits, &console),
+        Command::Compare(args) => commands::compare(args, &limits, &console),
         Command::Subdivide(args) => commands::subdivide(args, &limits, &console),
         Command::Demo(args) => commands::demo(args, &limits, &console),
         #[cfg(feature = "fetch")]

@@ -23,6 +23,11 @@ pub fn effort(effort: Effort) -> &'static str {
 
 /// The table of levels, and a line for the whole file.
 pub fn levels(info: &Info) -> String {
+    format!("{}\n{}", level_table(info).lines(), total(info))
+}
+
+/// A row for each level, and one for what restores the original from the finest.
+pub fn level_table(info: &Info) -> Table {
     let mut table =
         Table::new(["level", "kind", "vertices", "faces", "bytes", "cumulative", "bits/vertex", "error"]);
     let mut before = 0;
@@ -53,11 +58,11 @@ pub fn levels(info: &Info) -> String {
             String::new(),
         ]);
     }
-    format!("{}\n{}", table.lines(), total(info))
+    table
 }
 
 /// "total: 12345 bytes, 12.3 bits per vertex, 5.1 % of 241000 plain bytes".
-fn total(info: &Info) -> String {
+pub fn total(info: &Info) -> String {
     let plain = PLAIN_VERTEX * u64::from(info.vertices) + PLAIN_FACE * u64::from(info.faces);
     let share = if plain > 0 {
         let percent = 100.0 * info.bytes as f64 / plain as f64;
@@ -92,6 +97,12 @@ pub fn error(error: f32) -> String {
     }
     let digits = (0..9).find(|&digits| percent >= 100.0 / 10f32.powi(digits)).unwrap_or(9);
     format!("{percent:.*} %", digits as usize)
+}
+
+/// How much a count changed: "-66.6 %".
+pub fn rate(before: u32, now: u32) -> String {
+    let percent = 100.0 * (f64::from(now) - f64::from(before)) / f64::from(before.max(1));
+    format!("{percent:.1} %")
 }
 
 /// A signal-to-noise ratio.

@@ -7,11 +7,33 @@ pub struct Table {
 
 impl Table {
     pub fn new<const N: usize>(heads: [&str; N]) -> Self {
-        Table { rows: vec![heads.map(String::from).to_vec()] }
+        Table::with_heads(heads.map(String::from).to_vec())
+    }
+
+    pub fn with_heads(heads: Vec<String>) -> Self {
+        Table { rows: vec![heads] }
     }
 
     pub fn row<const N: usize>(&mut self, cells: [String; N]) {
-        self.rows.push(cells.to_vec());
+        self.wide_row(cells.to_vec());
+    }
+
+    /// A row of as many cells as there are heads.
+    pub fn wide_row(&mut self, cells: Vec<String>) {
+        self.rows.push(cells);
+    }
+
+    /// The heads, then every row.
+    pub fn rows(&self) -> &[Vec<String>] {
+        &self.rows
+    }
+
+    /// Whether a column holds words: its cells do not begin like numbers.
+    pub fn is_of_words(&self, column: usize) -> bool {
+        let mut cells =
+            self.rows[1..].iter().filter_map(|row| row.get(column)).filter(|cell| !cell.is_empty());
+        let is_word = |cell: &String| cell.starts_with(char::is_alphabetic);
+        cells.next().is_some_and(is_word) && cells.all(is_word)
     }
 
     /// The lines, without a line break after the last.
@@ -21,14 +43,9 @@ impl Table {
             .map(|i| self.rows.iter().filter_map(|row| row.get(i)).map(|cell| cell.chars().count()).max())
             .map(Option::unwrap_or_default)
             .collect();
-        // A column of words is one whose cells do not begin like numbers.
-        let words = |i: usize| {
-            let cells = self.rows[1..].iter().filter_map(|row| row.get(i)).filter(|cell| !cell.is_empty());
-            cells.clone().count() > 0 && cells.into_iter().all(|cell| cell.starts_with(char::is_alphabetic))
-        };
         let aligned = |row: &Vec<String>| {
             let cells = row.iter().zip(&widths).enumerate().map(|(i, (cell, &width))| {
-                if words(i) { format!("{cell:<width$}") } else { format!("{cell:>width$}") }
+                if self.is_of_words(i) { format!("{cell:<width$}") } else { format!("{cell:>width$}") }
             });
             cells.collect::<Vec<_>>().join("  ").trim_end().to_string()
         };

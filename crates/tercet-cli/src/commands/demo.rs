@@ -6,11 +6,11 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 use tercet::io::Format;
-use tercet::{Decoder, EncodeOptions, Encoded, Info, Level, Limits, Mesh};
+use tercet::{EncodeOptions, Encoded, Info, Level, Limits, Mesh};
 
 use super::{decode, encode, verify};
 use crate::console::Console;
-use crate::{Outcome, args, files, report};
+use crate::{Outcome, args, files, input, report};
 
 #[derive(Debug, clap::Args)]
 pub struct DemoArgs {
@@ -45,11 +45,11 @@ fn show(mesh: &Mesh, limits: &Limits, console: &Console) -> Result<()> {
     console.answer(&format!("\nEncoded in {seconds}, with every bit of every coordinate:\n"))?;
     console.answer(&encode::summary(&encoded))?;
 
-    let (levels, seconds) = timed(|| all_levels(&encoded.bytes, limits))?;
+    let (levels, seconds) = timed(|| input::all_levels(&encoded.bytes, limits))?;
     console.answer("\nCut off anywhere, the file is a coarser mesh:\n")?;
     for percent in CUTS {
         let cut = (encoded.bytes.len() as u64 * percent / 100) as usize;
-        let kept = all_levels(&encoded.bytes[..cut], limits)?;
+        let kept = input::all_levels(&encoded.bytes[..cut], limits)?;
         console.answer(&format!(
             "  {percent:>3} % = {cut} bytes: {}",
             after_a_cut(&kept, &levels, &encoded.info)?
@@ -61,20 +61,13 @@ fn show(mesh: &Mesh, limits: &Limits, console: &Console) -> Result<()> {
 
     let lattice = EncodeOptions { bits: Some(LATTICE_BITS), keep_order: true, ..exact };
     let encoded = encode::encode_shown(mesh, &lattice, console)?;
-    let how = check(mesh, &all_levels(&encoded.bytes, limits)?, &encoded)?;
+    let how = check(mesh, &input::all_levels(&encoded.bytes, limits)?, &encoded)?;
     let bits = report::bits_per_vertex(encoded.info.bytes, &encoded.info);
     console.answer(&format!(
         "\nWith --bits {LATTICE_BITS} --keep-order it takes {} bytes, {bits:.3} bits per vertex:\n  {how}.",
         encoded.info.bytes
     ))?;
     Ok(())
-}
-
-/// Every level in `bytes`, which may end early.
-fn all_levels(bytes: &[u8], limits: &Limits) -> tercet::Result<Vec<Level>> {
-    let mut decoder = Decoder::new(*limits);
-    decoder.push(bytes);
-    std::iter::from_fn(|| decoder.next_level().transpose()).collect()
 }
 
 /// What a cut left, if it is the same as in the whole file.

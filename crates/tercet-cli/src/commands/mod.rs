@@ -1,5 +1,6 @@
 //! One file for each command.
 
+mod compare;
 mod decode;
 mod demo;
 mod encode;
@@ -7,6 +8,8 @@ mod encode;
 mod fetch;
 mod info;
 mod metrics;
+mod render;
+mod report;
 #[cfg(feature = "serve")]
 mod serve;
 mod subdivide;
@@ -14,13 +17,16 @@ mod verify;
 #[cfg(feature = "serve")]
 mod view;
 
+pub use compare::{CompareArgs, Plan, Schemes, compare};
 pub use decode::{DecodeArgs, decode};
 pub use demo::{DemoArgs, demo};
-pub use encode::{EncodeArgs, encode};
+pub use encode::{EncodeArgs, encode, encode_shown};
 #[cfg(feature = "fetch")]
 pub use fetch::{FetchArgs, fetch};
 pub use info::{InfoArgs, info};
 pub use metrics::{MetricsArgs, metrics};
+pub use render::{RenderArgs, diagonal, render};
+pub use report::{ReportArgs, report};
 #[cfg(feature = "serve")]
 pub use serve::{ServeArgs, serve};
 pub use subdivide::{SubdivideArgs, subdivide};

@@ -10,7 +10,7 @@ fn json_holds_the_levels_with_cumulative_bytes() {
     folder.write_mesh("scan.ply", &shapes::scan(1500, 1));
     folder.good("encode scan.ply --bits 12");
     let info: Value = serde_json::from_str(&folder.good("info scan.tct --json")).unwrap();
-    assert_eq!(info["version"], 1);
+    assert_eq!(info["version"], 3);
     assert_eq!((&info["vertices"], &info["faces"]), (&1500.into(), &2996.into()));
     assert_eq!(info["order_kept"], false);
     assert_eq!((&info["precision"]["kind"], &info["precision"]["bits"]), (&"lattice".into(), &12.into()));
@@ -44,7 +44,7 @@ fn text_says_the_same_for_a_person() {
     assert_eq!(
         lines[..5],
         [
-            "version    1",
+            "version    3",
             "precision  exact: multiples of 10^-2",
             "order      not kept: vertices and faces are renumbered",
             "vertices   4",

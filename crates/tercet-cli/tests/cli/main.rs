@@ -1,10 +1,13 @@
 //! The command as a person runs it: arguments in; files, lines and exit statuses out.
 
+mod compare;
 mod decode;
 mod demo;
 mod encode;
 mod info;
 mod metrics;
+mod render;
+mod report;
 mod subdivide;
 mod verify;
 
@@ -130,6 +133,11 @@ fn wrong_usage_exits_with_2() {
         "decode a.tct --level 1 --bytes 100",
         "decode a.tct --max-error -1",
         "info a.tct --max-memory much",
+        "render a.obj -o b.png --size 8x8",
+        "render a.obj -o b.png --size 800",
+        "render a.obj -o b.png --azimuth inf",
+        "render a.obj -o b.png --background red",
+        "render a.obj -o b.png --mode xray",
         "subdivide a.obj -o b.obj --scheme loop --steps 1",
         "serve",
         "serve . --store s3://bucket",
@@ -148,9 +156,21 @@ fn help_and_version_are_answers() {
     let folder = Folder::new("help");
     assert!(folder.good("--version").starts_with("tercet "));
     let help = folder.good("--help");
-    for command in
-        ["encode", "decode", "info", "verify", "metrics", "subdivide", "demo", "fetch", "serve", "view"]
-    {
+    for command in [
+        "encode",
+        "decode",
+        "info",
+        "verify",
+        "metrics",
+        "compare",
+        "render",
+        "report",
+        "subdivide",
+        "demo",
+        "fetch",
+        "serve",
+        "view",
+    ] {
         assert!(help.contains(command), "{command} is not in:\n{help}");
         assert!(folder.good(&format!("{command} --help")).contains("Usage: tercet"));
     }
