@@ -62,9 +62,9 @@ pub struct Look {
     /// Show every face flat [default: smooth but for creases].
     #[arg(long)]
     pub flat: bool,
-    /// Behind the surface: none, or #rrggbb.
-    #[arg(long, value_name = "COLOUR", default_value = "#ffffff", value_parser = background)]
-    pub background: Background,
+    /// Behind the surface: none, or #rrggbb [default: #ffffff for a single picture, none on a page].
+    #[arg(long, value_name = "COLOUR", value_parser = background)]
+    pub background: Option<Background>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -127,7 +127,7 @@ pub fn render(args: &RenderArgs, limits: &Limits, console: &Console) -> Result<O
     };
     let space = Size { width: width_for_surface(&style, args.look.size.width), ..args.look.size };
     let camera = Camera::fit(&subject.framed, &args.look.view(), space).with_context(|| name.clone())?;
-    let background = args.look.background.0;
+    let background = args.look.background.map_or(Some(Colour([255; 3])), |background| background.0);
     let picture = Picture { mesh: &subject.mesh, style, flat: args.look.flat, background };
     files::write_bytes(&picture.draw(&camera, args.look.size).png()?, &args.output)?;
     console.report(&format!("{}: {}", args.output.display(), subject.what), &args.output)?;

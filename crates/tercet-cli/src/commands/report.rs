@@ -83,7 +83,8 @@ impl<'a> Report<'a> {
         let space = Size { width: width_for_surface(&style, size.width), ..size };
         let camera = Camera::fit(self.mesh, &self.look.view(), space)?;
         // Transparent: on the page it lies on light and on dark grounds.
-        let picture = Picture { mesh, style, flat: self.look.flat, background: self.look.background.0 };
+        let picture =
+            Picture { mesh, style, flat: self.look.flat, background: self.look.background.and_then(|b| b.0) };
         let png = picture.draw(&camera, size).png()?;
         files::write_bytes(&png, &self.folder.join(format!("{name}.png")))?;
         self.pictures += 1;
