@@ -38,7 +38,7 @@ fn originals() -> Vec<(&'static str, Mesh, EncodeOptions)> {
         ("butterfly_boundary", noisy(&butterfly::refined(&holed(), 1), 0.01, 7), paper),
         ("adaptive_boundary", noisy(&holed(), 0.01, 3), lattice),
         ("fast_boundary", noisy(&holed(), 0.01, 3), fast),
-        ("fast_sqrt3", noisy(&refined(&grid(2, 3), 2), 0.01, 2), fast),
+        ("fast_sqrt3", noisy(&sqrt3::refined(&grid(2, 3), 2), 0.01, 2), fast),
         ("binary_order_merges_leftovers", quantised(&cut, 64.0), ordered),
         ("decimal", quantised(&noisy(&annulus(11, 3), 0.02, 4), 1000.0), exact),
         // Of an encoder that knew √3 levels only: this torus divides by a butterfly step too.

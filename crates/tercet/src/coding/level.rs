@@ -42,7 +42,6 @@ impl Positions {
         &mut self,
         coder: &mut C,
         pass: &Pass,
-        corners: &[u32],
         targets: &[Point],
         positions: &mut Vec<Point>,
         rough: &mut [Roughness],
@@ -51,12 +50,12 @@ impl Positions {
             Positions::Mixed(models) => {
                 positions.extend_from_slice(targets);
                 positions.resize(pass.surface.vertices as usize, [0; 3]);
-                models.code(coder, pass, corners.iter().copied(), positions, rough);
+                models.code(coder, pass, positions, rough);
             }
             Positions::Tables(models) => {
                 positions.extend(pass.estimates.iter().map(|&e| round(e)));
                 positions.resize(pass.surface.vertices as usize, [0; 3]);
-                models.code(coder, pass, corners, targets, positions, rough);
+                models.code(coder, pass, targets, positions, rough);
             }
         }
     }
@@ -127,11 +126,9 @@ impl Levels {
             bits,
             origin,
         };
-        let corners = self.surface.any_corner();
         self.positions = vec![[0; 3]; virtuals];
-        self.rough = vec![Roughness::START; corners.len()];
-        let corners = &corners[virtuals..];
-        self.position.code(coder, &pass, corners, real, &mut self.positions, &mut self.rough);
+        self.rough = vec![Roughness::START; self.surface.vertices as usize];
+        self.position.code(coder, &pass, real, &mut self.positions, &mut self.rough);
     }
 
     /// Codes the connectivity of a step. When encoding an `Adaptive` one, `split` and `flip` say
@@ -207,8 +204,7 @@ impl Levels {
             bits: 0,
             origin: [0; 3],
         };
-        let corners = new_corners(&self.surface, first);
-        self.position.code(coder, &pass, &corners, new, &mut self.positions, &mut self.rough);
+        self.position.code(coder, &pass, new, &mut self.positions, &mut self.rough);
         if let Some(coarse) = coarse {
             unlift_positions(&coarse, step.kind, &mut self.positions, rule);
             let limit = COORDINATE_LIMIT;
@@ -226,15 +222,4 @@ fn check_faces(faces: u64) -> Result<()> {
         return Err(Error::format("level", format!("{faces} faces are more than can be numbered")));
     }
     Ok(())
-}
-
-/// One corner of each vertex from `first` on.
-fn new_corners(surface: &Surface, first: u32) -> Vec<u32> {
-    let mut corner = vec![NONE; (surface.vertices - first) as usize];
-    for c in (0..surface.vertex.len() as u32).rev() {
-        if let Some(i) = surface.at(c).checked_sub(first) {
-            corner[i as usize] = c;
-        }
-    }
-    corner
 }

@@ -18,6 +18,7 @@ mod shape;
 mod split;
 pub(crate) mod supplement;
 mod tabled;
+mod traversal;
 mod vector;
 
 pub(crate) use level::Levels;

@@ -11,7 +11,7 @@ use super::position::{BOUNDARY, NORMAL, TANGENTIAL, axes, plain};
 use super::scale::{Scale, ScaleCell, bin};
 use super::vector::{COORDINATE_LIMIT, Point, Vector, cross, sub};
 use crate::entropy::{Coder, Counter, Frequencies, SYMBOLS, log2_fixed, squash};
-use crate::mesh::{Surface, next};
+use crate::mesh::{NONE, Surface, next};
 use crate::subdivide::FRACTION_BITS;
 use wide::i16x8;
 
@@ -222,7 +222,6 @@ impl TableModels {
         &mut self,
         coder: &mut C,
         pass: &Pass,
-        corners: &[u32],
         targets: &[Point],
         positions: &mut [Point],
         rough: &mut [Roughness],
@@ -230,6 +229,7 @@ impl TableModels {
         let mut errors: Vec<[i32; 3]> = Vec::with_capacity(pass.estimates.len());
         let mut ring =
             Ring { members: [0; MOST], count: 0, neighbours: Points::EMPTY, parallelograms: Points::EMPTY };
+        let corners = new_corners(pass.surface, pass.first);
         for (i, &corner) in corners.iter().enumerate() {
             if coder.exhausted() {
                 // The caller refuses the level; what follows would only take time.
@@ -497,6 +497,17 @@ impl Fan {
         let spare = 43u32.saturating_sub(all.leading_zeros());
         self.area.map(|x| x >> spare)
     }
+}
+
+/// Of each vertex from `first` on its corner of the smallest number.
+fn new_corners(surface: &Surface, first: u32) -> Vec<u32> {
+    let mut corner = vec![NONE; (surface.vertices - first) as usize];
+    for c in (0..surface.vertex.len() as u32).rev() {
+        if let Some(i) = surface.at(c).checked_sub(first) {
+            corner[i as usize] = c;
+        }
+    }
+    corner
 }
 
 /// How much of each neighbour's error to expect again, in 1/256, by the number of neighbours.

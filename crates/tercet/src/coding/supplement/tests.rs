@@ -1,6 +1,7 @@
 //! All sections together, on surfaces that no level has coded.
 
 use super::*;
+use crate::Effort;
 use crate::mesh::{box_lattice, cut, refined_grid};
 use proptest::prelude::*;
 
