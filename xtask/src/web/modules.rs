@@ -45,9 +45,6 @@ fn module(node: &Node, target: &Path, features: &[&str]) -> Result<(Vec<u8>, Str
     let folder = target.join("web");
     let ForeignCargo { mut cargo, mut toolchain, builds_std } = cargo_for(TARGET, &["lld-19"])?;
     let mut flags = vec![FEATURES, INLINING];
-    let release =
-        ["build", "--quiet", "--locked", "--profile=web", "--package=tercet-wasm", "--target", TARGET];
-    cargo.args(release).args(features);
     if builds_std {
         flags.extend(WITHOUT_WORDS);
         cargo.args(["-Zbuild-std-features=optimize_for_size", "-Zpanic-immediate-abort"]);
@@ -56,16 +53,9 @@ fn module(node: &Node, target: &Path, features: &[&str]) -> Result<(Vec<u8>, Str
     } else {
         toolchain = capture(command("rustc", &["--version"]))?.trim().to_owned();
     }
-    cargo.args([
-        "build",
-        "--quiet",
-        "--locked",
-        "--profile=web",
-        "--package=tercet-wasm",
-        "--target",
-        TARGET,
-    ]);
-    cargo.args(features);
+    let build =
+        ["build", "--quiet", "--locked", "--profile=web", "--package=tercet-wasm", "--target", TARGET];
+    cargo.args(build).args(features);
     cargo.env_remove("RUSTFLAGS").env_remove("CARGO_ENCODED_RUSTFLAGS");
     cargo.env("CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS", flags.join(" "));
     cargo.env("CARGO_TARGET_DIR", &folder);

@@ -6,12 +6,13 @@ use super::model::number;
 use super::pass::{AxisOrder, Pass, Roughness};
 use super::position::PositionModels;
 use super::predict::estimate;
+use super::shape::Shapes;
 use super::split::SplitModels;
 use super::vector::{COORDINATE_LIMIT, Point, Vector};
 use crate::entropy::Coder;
 use crate::mesh::{NONE, Surface};
 use crate::subdivide::{
-    Refined, StepKind, Update, odd_applies, predict_sqrt3, refine, refine_sqrt3, round, unlift_positions,
+    Refined, StepKind, Update, applies, predict_regular, refine, refine_regular, round, unlift_positions,
 };
 use crate::{Error, Limits, Result};
 
@@ -120,23 +121,24 @@ impl Levels {
             // A closed surface gains two faces with each vertex.
             check_faces(surface.faces() as u64 + 2 * found)
         };
-        if kind == StepKind::Sqrt3Odd && !odd_applies(surface) {
-            return Err(Error::format("level", "a √3 step that does not apply to the boundary"));
+        if !applies(surface, kind) {
+            return Err(Error::format("level", "a step that does not apply to the boundary"));
         }
         if kind != StepKind::Adaptive {
-            let estimates = predict_sqrt3(surface, kind, &self.positions);
+            let estimates = predict_regular(surface, kind, &self.positions);
             announced(estimates.len() as u64)?;
-            let refined = refine_sqrt3(surface, kind)
-                .ok_or_else(|| Error::format("level", "a √3 step that does not apply to the boundary"))?;
+            let refined = refine_regular(surface, kind)
+                .ok_or_else(|| Error::format("level", "a step that does not apply to the boundary"))?;
             return Ok(Step { kind, refined, estimates });
         }
         split.resize(surface.faces() as usize, false);
         flip.resize(surface.vertex.len(), false);
-        self.split.code(coder, surface, &self.positions, &mut split);
+        let shapes = Shapes::new(surface, &self.positions);
+        self.split.code(coder, surface, &shapes, &mut split);
         announced(split.iter().filter(|&&s| s).count() as u64)?;
-        let estimates = estimate(surface, &self.positions, &split);
+        let estimates = estimate(surface, &self.positions, &shapes, &split);
         self.positions.extend(estimates.iter().map(|&e| round(e)));
-        self.flip.code(coder, surface, &self.positions, &split, &mut flip);
+        self.flip.code(coder, surface, &shapes, &self.positions, &split, &mut flip);
         self.positions.truncate(surface.vertices as usize);
         Ok(Step { kind, refined: refine(surface, &split, &flip), estimates })
     }

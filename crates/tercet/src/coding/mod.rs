@@ -14,6 +14,7 @@ mod predict;
 mod residual;
 mod ring;
 mod scale;
+mod shape;
 mod split;
 pub(crate) mod supplement;
 mod vector;

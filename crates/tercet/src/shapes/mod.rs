@@ -8,11 +8,11 @@ mod geodesic;
 mod random;
 mod scan;
 
+pub(crate) use random::Random;
 pub use scan::scan;
 
 use crate::Mesh;
 use geodesic::geodesic;
-use random::Random;
 
 /// The regular icosahedron in the unit sphere: 12 vertices of valence 5, 20 faces.
 pub fn icosahedron() -> Mesh {
