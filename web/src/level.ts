@@ -18,7 +18,7 @@ export interface TercetInfo {
 export interface LevelInfo {
   /** 0 is the base. */
   level: number;
-  kind: "base" | "adaptive" | "sqrt3";
+  kind: "base" | "adaptive" | "sqrt3" | "butterfly";
   vertices: number;
   faces: number;
   /** Bytes from the file's start to the end of this level. */

@@ -100,8 +100,9 @@ export class TercetLoader extends Loader<BufferGeometry> {
       },
       onProgress: (received, total) => {
         this.options.onProgress?.(received, total);
+        if (!onProgress) return;
         const lengthComputable = total !== undefined;
-        onProgress?.(new ProgressEvent("progress", { lengthComputable, loaded: received, total: total ?? 0 }));
+        onProgress(new ProgressEvent("progress", { lengthComputable, loaded: received, total: total ?? 0 }));
       },
     });
     await stream.done;

@@ -14,7 +14,7 @@ const TYPES: Record<string, string> = {
 
 /** How the link behaves towards one path. */
 export interface Weather {
-  /** Bytes per second downstream. */
+  /** Bytes per second downstream; may change while a file is sent. */
   rate?: number;
   /** Milliseconds from one end to the other and back. */
   roundTrip?: number;
@@ -56,6 +56,11 @@ export class Link {
   async close(): Promise<void> {
     this.server.closeAllConnections();
     await new Promise((resolve) => this.server.close(resolve));
+  }
+
+  /** Ends connections that nothing is sent on, so that the next request needs a new one. */
+  forget(): void {
+    this.server.closeIdleConnections();
   }
 
   /** Bytes sent of a file so far. */
@@ -105,25 +110,26 @@ export class Link {
   private async send(
     response: ServerResponse, body: Buffer, [from, to]: [number, number], weather: Weather, sent: Sent,
   ): Promise<void> {
-    const { rate, cuts, damage } = weather;
+    const { cuts, damage } = weather;
     const cut = cuts?.[0];
-    const start = performance.now();
+    let due = performance.now();
     // Packets on a slow link, else as much as there is.
-    const step = rate ? 1400 : 1 << 16;
-    for (let at = from; at < to && !response.destroyed; at += step) {
+    for (let at = from, step; at < to && !response.destroyed; at += step) {
+      step = weather.rate ? Math.min(1400, Math.ceil(weather.rate / 10)) : 1 << 16;
       if (cut !== undefined && at >= cut) {
         cuts!.shift();
-        return void response.destroy();
+        // What was sent arrives; then the connection is gone.
+        return void response.socket?.destroySoon();
       }
       const portion = Buffer.from(body.subarray(at, Math.min(to, at + step)));
       if (damage && damage.times > 0 && damage.at >= at && damage.at < at + portion.length) {
         portion[damage.at - at]! ^= 0x10;
         damage.times -= 1;
       }
-      const due = rate ? start + (1000 * (at - from + portion.length)) / rate : 0;
+      if (weather.rate) due += (1000 * portion.length) / weather.rate;
       const early = due - performance.now();
       if (early > 1) await sleep(early);
-      response.write(portion);
+      await new Promise((resolve) => response.write(portion, resolve));
       sent.bytes += portion.length;
     }
     response.end();

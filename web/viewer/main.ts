@@ -1,4 +1,5 @@
 /** The page: what its controls, its keys and files dropped on it do. */
+import { decoderModule, defaultPool } from "tercet";
 import { element, PICTURES, say, setBusy, type Picture } from "./panel";
 import { View } from "./scene";
 import { fromAddress, fromFile, meshFormat } from "./source";
@@ -57,6 +58,7 @@ element("level").addEventListener("input", () => viewer.goTo(Number(element<HTML
 change<HTMLSelectElement>("rate", ({ value }) => viewer.setRate(value ? Number(value) : undefined));
 change<HTMLInputElement>("flat", ({ checked }) => (view.flat = checked));
 change<HTMLInputElement>("wireframe", ({ checked }) => (view.wireframe = checked));
+change<HTMLInputElement>("up", ({ checked }) => (view.zUp = checked));
 change<HTMLInputElement>("grow", ({ checked }) => viewer.setGrowing(checked));
 change<HTMLInputElement>("file", (input) => {
   const file = input.files?.[0];
@@ -82,6 +84,7 @@ const KEYS: Record<string, () => void> = {
   w: () => toggle("wireframe"),
   f: () => toggle("flat"),
   g: () => toggle("grow"),
+  u: () => toggle("up"),
   r: () => viewer.replay(),
   l: nextRate,
   o: chooseFile,
@@ -125,6 +128,10 @@ addEventListener("drop", (event) => {
 const scheme = matchMedia("(prefers-color-scheme: dark)");
 scheme.addEventListener("change", () => setTheme(scheme.matches));
 setTheme(scheme.matches);
+
+// Before the first file is asked for: its bytes shall find the decoder waiting.
+decoderModule().catch((error: unknown) => viewer.fail(error));
+defaultPool().preload();
 
 const address = new URLSearchParams(location.search).get("src");
 if (address) {

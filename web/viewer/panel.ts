@@ -8,7 +8,7 @@ export type Picture = "surface" | "division" | "details" | "predicted";
 export const PICTURES: Picture[] = ["surface", "division", "details", "predicted"];
 
 const CAPTIONS: Record<Picture, string> = {
-  surface: "",
+  surface: "The mesh as this level has it.",
   division: "Vertices that the level below had, and those that this one adds.",
   details: "How far each vertex lies from where it was expected when it was new.",
   predicted: "Every new vertex where it is expected: this level if all its details were zero.",

@@ -12,7 +12,6 @@ export interface Frame {
   coloured: boolean;
 }
 
-const GROW_MILLISECONDS = 450;
 /** Free space around the mesh: a base may be smaller than what it grows to. */
 const MARGIN = 1.2;
 const START = new Vector3(0.55, 0.3, 1).normalize();
@@ -33,7 +32,7 @@ export class View {
   private readonly mesh: Mesh<BufferGeometry, MeshStandardMaterial>;
   private readonly wire: Mesh<BufferGeometry, MeshBasicMaterial>;
   private readonly bounds = new Sphere();
-  private animation: { start: number; from: number; to: number; done: () => void } | undefined;
+  private animation: { start: number; milliseconds: number; from: number; to: number; done: () => void } | undefined;
   private asked = false;
   private fitted = false;
 
@@ -54,6 +53,7 @@ export class View {
     this.controls.addEventListener("change", () => this.render());
     new ResizeObserver(() => this.resize()).observe(canvas);
     this.resize();
+    this.warm();
   }
 
   /** Shows a frame as it is. Ends an animation, without its end. */
@@ -63,10 +63,10 @@ export class View {
   }
 
   /** Lets the frame's vertices go from where they are expected to where they are, or back. */
-  grow(frame: Frame, direction: "out" | "in", done: () => void): void {
+  grow(frame: Frame, direction: "out" | "in", milliseconds: number, done: () => void): void {
     const [from, to] = direction === "out" ? [0, 1] : [1, 0];
     this.put(frame, from);
-    this.animation = { start: performance.now(), from, to, done };
+    this.animation = { start: performance.now(), milliseconds, from, to, done };
   }
 
   /** Shows nothing. */
@@ -89,6 +89,12 @@ export class View {
     this.render();
   }
 
+  /** Whether the mesh's Z axis points up, not its Y axis. */
+  set zUp(zUp: boolean) {
+    this.mesh.rotation.x = this.wire.rotation.x = zUp ? -Math.PI / 2 : 0;
+    if (this.fitted) this.reset();
+  }
+
   set dark(dark: boolean) {
     this.solid.userData["plain"] = new Color(dark ? "#aab4c0" : "#c3c9d1");
     this.edges.color.set(dark ? "#05070a" : "#11161d");
@@ -104,7 +110,9 @@ export class View {
   /** Brings all of the mesh into sight. */
   reset(): void {
     this.controls.reset();
-    const { center, radius } = this.bounds;
+    this.mesh.updateMatrixWorld();
+    const { radius } = this.bounds;
+    const center = this.bounds.center.clone().applyMatrix4(this.mesh.matrixWorld);
     const { aspect, fov } = this.camera;
     const half = Math.tan((fov / 2) * (Math.PI / 180)) * Math.min(1, aspect);
     const distance = (radius / Math.sin(Math.atan(half))) * MARGIN || 1;
@@ -169,6 +177,13 @@ export class View {
     this.draw();
   }
 
+  /** Compiles the shaders ahead of the first mesh. */
+  private warm(): void {
+    this.mesh.visible = true;
+    this.renderer.compile(this.scene, this.camera);
+    this.mesh.visible = false;
+  }
+
   /** Draws soon, once. */
   private render(): void {
     if (this.asked) return;
@@ -188,8 +203,8 @@ export class View {
   private step(): void {
     const { animation } = this;
     if (!animation) return;
-    const { start, from, to, done } = animation;
-    const part = Math.min(1, (performance.now() - start) / GROW_MILLISECONDS);
+    const { start, milliseconds, from, to, done } = animation;
+    const part = Math.min(1, (performance.now() - start) / milliseconds);
     const eased = part * part * (3 - 2 * part);
     this.morph.value = from + (to - from) * eased;
     if (part < 1) return this.render();

@@ -6,6 +6,9 @@ import type { Picture } from "./panel";
 import type { View } from "./scene";
 import type { Source } from "./source";
 
+/** Milliseconds in which a level grows out of the one below. */
+const GROWING = 450;
+
 export class Viewer {
   /** How fast a connection to imitate, in bytes per second. */
   private rate: number | undefined;
@@ -119,6 +122,7 @@ export class Viewer {
     panel.setFigures(undefined, undefined);
     panel.setLegend("surface");
     delete document.body.dataset["digest"];
+    delete document.body.dataset["shown"];
     this.view.clear();
   }
 
@@ -162,12 +166,15 @@ export class Viewer {
       else if (this.shown) this.put(this.shown);
     };
     panel.setFigures(this.model, stage);
+    // Where levels come faster than they grow, the picture must not lag behind.
+    const behind = this.follows ? (this.model?.finest?.level ?? stage.level) - stage.level : 0;
+    const milliseconds = GROWING / (1 + 2 * behind);
     if (before && !calm && stage.level > before.level && stage.hasPrediction) {
       this.growing = true;
-      this.view.grow(this.frame(stage, "division"), "out", done);
+      this.view.grow(this.frame(stage, "division"), "out", milliseconds, done);
     } else if (before && !calm && stage.level === before.level - 1 && before.hasPrediction) {
       this.growing = true;
-      this.view.grow(this.frame(before, "division"), "in", done);
+      this.view.grow(this.frame(before, "division"), "in", milliseconds, done);
     } else {
       this.growing = false;
       this.put(stage);
