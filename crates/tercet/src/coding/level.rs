@@ -93,9 +93,7 @@ impl Levels {
             bits,
             origin,
         };
-        let corners = self.surface.any_corner();
-        let corners = corners[self.surface.virtuals as usize..].iter().copied();
-        self.position.code(coder, &pass, corners, &mut self.positions, &mut self.rough);
+        self.position.code(coder, &pass, &mut self.positions, &mut self.rough);
     }
 
     /// Codes the connectivity of a step. When encoding an `Adaptive` one, `split` and `flip` say
@@ -173,8 +171,7 @@ impl Levels {
             bits: 0,
             origin: [0; 3],
         };
-        let corners = new_corners(&self.surface, first);
-        self.position.code(coder, &pass, corners.into_iter(), &mut self.positions, &mut self.rough);
+        self.position.code(coder, &pass, &mut self.positions, &mut self.rough);
         if let Some(coarse) = coarse {
             unlift_positions(&coarse, step.kind, &mut self.positions, rule);
             let limit = COORDINATE_LIMIT;
@@ -192,15 +189,4 @@ fn check_faces(faces: u64) -> Result<()> {
         return Err(Error::format("level", format!("{faces} faces are more than can be numbered")));
     }
     Ok(())
-}
-
-/// One corner of each vertex from `first` on.
-fn new_corners(surface: &Surface, first: u32) -> Vec<u32> {
-    let mut corner = vec![NONE; (surface.vertices - first) as usize];
-    for c in (0..surface.vertex.len() as u32).rev() {
-        if let Some(i) = surface.at(c).checked_sub(first) {
-            corner[i as usize] = c;
-        }
-    }
-    corner
 }

@@ -17,6 +17,7 @@ mod scale;
 mod shape;
 mod split;
 pub(crate) mod supplement;
+mod traversal;
 mod vector;
 
 pub(crate) use level::Levels;
