@@ -45,6 +45,7 @@ test("the manager hears of starts, ends and errors", async () => {
   await assert.rejects(loader(manager).loadAsync("/missing.tct"), { name: "TercetError", kind: "status" });
   await loader(manager).loadAsync("/scan.tct");
   manager.itemEnd("another");
+  await new Promise((resolve) => setImmediate(resolve));
   assert.deepEqual(heard, ["error", "all"]);
 });
 

@@ -30,17 +30,17 @@ pub(super) const BITS: u32 = 60;
 /// π, rounded down.
 pub(super) const PI: i128 = 0x3243_F6A8_885A_308D;
 
-pub(super) const fn mul(a: i128, b: i128) -> i128 {
+pub(super) fn mul(a: i128, b: i128) -> i128 {
     (a * b) >> BITS
 }
 
 /// A weight at the table's scale, rounded to nearest.
-pub(super) const fn at_table_scale(weight: i128) -> i32 {
+pub(super) fn at_table_scale(weight: i128) -> i32 {
     ((weight + (1 << (BITS - 25))) >> (BITS - 24)) as i32
 }
 
 /// Cosine of 0 ≤ x < 1 by its Taylor series.
-pub(super) const fn cosine(x: i128) -> i128 {
+pub(super) fn cosine(x: i128) -> i128 {
     let square = mul(x, x);
     let mut term = 1 << BITS;
     let mut sum = term;
