@@ -11,7 +11,7 @@ use std::{env, fs};
 
 use tercet::io::{self, Format};
 use tercet::shapes::{annulus, grid, icosahedron, join, noisy, scan, shuffled, soup};
-use tercet::{Decoder, EncodeOptions, Limits, Mesh, encode, subdivide};
+use tercet::{Decoder, EncodeOptions, Limits, Mesh, Scheme, encode, subdivide};
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
@@ -32,7 +32,11 @@ fn main() -> Result<()> {
         ("components".to_owned(), join(&[noisy(&icosahedron(), 0.02, 3), grid(3, 4), scan(150, 5)]), exact),
         ("boundary".to_owned(), shuffled(&annulus(20, 4), 2), ordered),
         ("soup".to_owned(), soup(120, 4), ordered),
-        ("sqrt3".to_owned(), shuffled(&subdivide(&scan(60, 9), 3, &Limits::default())?, 7), rounded),
+        (
+            "sqrt3".to_owned(),
+            shuffled(&subdivide(&scan(60, 9), Scheme::Sqrt3, 3, &Limits::default())?, 7),
+            rounded,
+        ),
     ];
     for path in meshes.iter().map(Path::new) {
         let name = path.file_stem().ok_or("a mesh without a name")?.to_string_lossy();
