@@ -16,6 +16,14 @@ pub fn target_dir() -> Result<PathBuf> {
     Ok(own.ancestors().nth(2).context("finding the target folder")?.to_path_buf())
 }
 
+/// The version in `rust-version`, as in "1.95".
+pub fn promised_version() -> Result<String> {
+    let metadata = capture(command("cargo", &["metadata", "--no-deps", "--format-version", "1"]))?;
+    let metadata: serde_json::Value = serde_json::from_str(&metadata)?;
+    let version = metadata["packages"][0]["rust_version"].as_str();
+    version.map(str::to_owned).context("the workspace states no rust-version")
+}
+
 /// A command that starts in the repository's root.
 pub fn command(program: &str, arguments: &[&str]) -> Command {
     let mut command = Command::new(program);

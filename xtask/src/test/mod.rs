@@ -4,6 +4,7 @@ mod dependencies;
 mod fuzz;
 mod portable;
 mod rust;
+mod web;
 
 use crate::arguments::Arguments;
 use crate::process;
@@ -31,7 +32,7 @@ struct Stage {
     run: fn(&Setting) -> Result<Outcome>,
 }
 
-const STAGES: [Stage; 9] = [
+const STAGES: [Stage; 11] = [
     Stage { name: "format", run: rust::format },
     Stage { name: "clippy", run: rust::clippy },
     Stage { name: "docs", run: rust::docs },
@@ -40,6 +41,8 @@ const STAGES: [Stage; 9] = [
     Stage { name: "dependencies", run: dependencies::check },
     Stage { name: "readme", run: rust::readme },
     Stage { name: "portable", run: portable::compare_digests },
+    Stage { name: "web", run: web::package },
+    Stage { name: "browser", run: web::browser },
     Stage { name: "fuzz", run: fuzz::run_all },
 ];
 

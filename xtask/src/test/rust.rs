@@ -1,7 +1,7 @@
 //! The stages that are one command of the Rust toolchain.
 
 use super::{Outcome, Setting};
-use crate::process::{available, capture, command, root, run, succeeds};
+use crate::process::{available, capture, command, promised_version, root, run, succeeds};
 use anyhow::{Context, Result, bail};
 use std::io::{BufRead, BufReader};
 use std::process::Stdio;
@@ -48,14 +48,6 @@ pub fn msrv(setting: &Setting) -> Result<Outcome> {
     check.env("CARGO_TARGET_DIR", setting.target.join("msrv"));
     run(check)?;
     Ok(Outcome::Passed(format!("Rust {toolchain}")))
-}
-
-/// The version in `rust-version`, as in "1.95".
-pub fn promised_version() -> Result<String> {
-    let metadata = capture(command("cargo", &["metadata", "--no-deps", "--format-version", "1"]))?;
-    let metadata: serde_json::Value = serde_json::from_str(&metadata)?;
-    let version = metadata["packages"][0]["rust_version"].as_str();
-    version.map(str::to_owned).context("the workspace states no rust-version")
 }
 
 /// Runs the README's `sh` blocks line by line; `cargo xtask` lines are this program's own.

@@ -4,6 +4,7 @@
 //! level promises and whether its bytes arrived unharmed; what the bytes mean is the
 //! business of the coding. `spec/format.md` describes every field.
 
+mod checksum;
 mod fields;
 mod header;
 mod precision;

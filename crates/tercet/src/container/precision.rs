@@ -69,11 +69,12 @@ impl Precision {
                 if !(4..=24).contains(bits) {
                     return Err(malformed("lattice bits", format!("{bits} is not in 4..=24")));
                 }
-                if let Some(x) = origin.iter().find(|x| !x.is_finite()) {
-                    return Err(malformed("lattice origin", format!("{x} is not a finite number")));
+                // Fractions are not printed: the code for that is a tenth of a decoder on the web.
+                if !origin.iter().all(|x| x.is_finite()) {
+                    return Err(malformed("lattice origin", "not a finite number"));
                 }
                 if !(0.0..=MAX_SIDE).contains(side) || side.is_sign_negative() {
-                    return Err(malformed("lattice side", format!("{side} is not the side of a box")));
+                    return Err(malformed("lattice side", "not the side of a box"));
                 }
                 Ok(())
             }
@@ -144,8 +145,8 @@ mod tests {
         let lattice = |bits, x, side| Precision::Lattice { bits, origin: [0.0, x, 0.0], side };
         assert!(refusal(lattice(3, 0.0, 1.0)).starts_with("lattice bits: 3"));
         assert!(refusal(lattice(25, 0.0, 1.0)).starts_with("lattice bits: 25"));
-        assert!(refusal(lattice(12, f32::NAN, 1.0)).starts_with("lattice origin: NaN"));
-        assert!(refusal(lattice(12, f32::INFINITY, 1.0)).starts_with("lattice origin: inf"));
+        assert!(refusal(lattice(12, f32::NAN, 1.0)).starts_with("lattice origin: "));
+        assert!(refusal(lattice(12, f32::INFINITY, 1.0)).starts_with("lattice origin: "));
         for side in [f64::NAN, f64::INFINITY, -1.0, -0.0, 1e39] {
             assert!(refusal(lattice(12, 0.0, side)).starts_with("lattice side: "), "{side}");
         }

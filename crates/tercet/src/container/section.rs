@@ -172,7 +172,7 @@ impl LevelEntry {
                 return Err(Error::format(place(), "more vertices or faces than can be numbered"));
             }
             if !level.error.is_finite() || level.error < 0.0 {
-                return Err(Error::format(place(), format!("geometric error {}", level.error)));
+                return Err(Error::format(place(), "geometric error that is not finite"));
             }
         }
         for (i, pair) in levels.windows(2).enumerate() {

@@ -1,5 +1,6 @@
 //! Assembling a file.
 
+use super::checksum::checksum;
 use super::{CRC_BYTES, MAGIC, MAX_HEADER, Outline, VERSION, varint};
 use crate::{Error, Result};
 
@@ -21,7 +22,7 @@ pub(crate) fn write(outline: &Outline, payloads: &[Vec<u8>]) -> Result<Vec<u8>> 
     for payload in payloads {
         let length = u32::try_from(payload.len())
             .map_err(|_| too_large("bytes of a section", payload.len(), u32::MAX.into()))?;
-        extents.push((length, crc32fast::hash(payload)));
+        extents.push((length, checksum(payload)));
     }
     let header = outline.write(&extents);
     if header.len() as u64 > MAX_HEADER {
@@ -34,7 +35,7 @@ pub(crate) fn write(outline: &Outline, payloads: &[Vec<u8>]) -> Result<Vec<u8>> 
     out.push(VERSION);
     varint::write(&mut out, header.len() as u64);
     out.extend(header);
-    out.extend(crc32fast::hash(&out).to_le_bytes());
+    out.extend(checksum(&out).to_le_bytes());
     for payload in payloads {
         out.extend_from_slice(payload);
     }

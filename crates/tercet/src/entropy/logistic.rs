@@ -51,17 +51,14 @@ const fn ln_fixed(x: u64) -> i32 {
     ((log2 as i128 * LN2 + (1 << 55)) >> 56) as i32
 }
 
-/// P(1) in 1/65536 for logits −2048..2048 (index shifted by 2048).
-static SQUASH: [u16; 2 * RANGE] = {
-    let mut table = [0u16; 2 * RANGE];
+/// P(1) in 1/65536 for logits 0..2048; it is one minus that for their negatives.
+static SQUASH: [u16; RANGE] = {
+    let mut table = [0u16; RANGE];
     let mut k = 0;
     while k < RANGE {
-        let p = (((ONE << 16) + (ONE + EXP[k] as u128) / 2) / (ONE + EXP[k] as u128)) as u32;
-        table[RANGE + k] = p as u16;
-        table[RANGE - k] = (65536 - p) as u16;
+        table[k] = (((ONE << 16) + (ONE + EXP[k] as u128) / 2) / (ONE + EXP[k] as u128)) as u16;
         k += 1;
     }
-    table[0] = table[1];
     table
 };
 
@@ -72,7 +69,7 @@ static STRETCH: [i16; 4096] = {
     let mut i = 0;
     while i < 4096 {
         let p = 16 * i as u32 + 8;
-        while logit < LOGIT_LIMIT && (SQUASH[(logit + 2048) as usize] as u32) < p {
+        while logit < LOGIT_LIMIT && (squash(logit) as u32) < p {
             logit += 1;
         }
         table[i] = logit as i16;
@@ -106,8 +103,11 @@ static LOG1MEXP: [i16; RANGE] = {
 
 /// 1 / (1 + e^(−x)), in 1/65536.
 #[inline(always)]
-pub(crate) fn squash(x: i32) -> u16 {
-    SQUASH[(x.clamp(-LOGIT_LIMIT, LOGIT_LIMIT) + 2048) as usize & (2 * RANGE - 1)]
+pub(crate) const fn squash(x: i32) -> u16 {
+    let magnitude = x.unsigned_abs() as usize;
+    let p = SQUASH[if magnitude < RANGE { magnitude } else { RANGE - 1 }];
+    // 65536 − p, which is never 65536.
+    if x < 0 { p.wrapping_neg() } else { p }
 }
 
 /// ln(p / (1 − p)) of a probability in 1/65536.

@@ -10,6 +10,8 @@
 //! is missing from 2^24, so that every row sums to one exactly and prediction commutes with
 //! translation. Cosines come from integer series: the table is the same on every machine.
 
+use std::sync::LazyLock;
+
 /// Scale of the table: a weight of one.
 pub(super) const ONE: i32 = 1 << 24;
 
@@ -18,24 +20,27 @@ pub(super) const ONE: i32 = 1 << 24;
 pub(super) const MAX_VALENCE: usize = 64;
 
 /// The weights of valence n: centre first, then the ring. Rows 3 to 64 are filled.
-pub(super) static ROWS: [[i32; MAX_VALENCE + 1]; MAX_VALENCE + 1] = rows();
+///
+/// Computed on first use, in a fraction of a millisecond: in a program it would take 17 KB, most of
+/// which do not compress, and on the web programs are downloaded.
+pub(super) static ROWS: LazyLock<[[i32; MAX_VALENCE + 1]; MAX_VALENCE + 1]> = LazyLock::new(rows);
 
 /// Fraction bits of the fixed-point numbers below.
 pub(super) const BITS: u32 = 60;
 /// π, rounded down.
 pub(super) const PI: i128 = 0x3243_F6A8_885A_308D;
 
-pub(super) const fn mul(a: i128, b: i128) -> i128 {
+pub(super) fn mul(a: i128, b: i128) -> i128 {
     (a * b) >> BITS
 }
 
 /// A weight at the table's scale, rounded to nearest.
-pub(super) const fn at_table_scale(weight: i128) -> i32 {
+pub(super) fn at_table_scale(weight: i128) -> i32 {
     ((weight + (1 << (BITS - 25))) >> (BITS - 24)) as i32
 }
 
 /// Cosine of 0 ≤ x < 1 by its Taylor series.
-pub(super) const fn cosine(x: i128) -> i128 {
+pub(super) fn cosine(x: i128) -> i128 {
     let square = mul(x, x);
     let mut term = 1 << BITS;
     let mut sum = term;
@@ -48,17 +53,11 @@ pub(super) const fn cosine(x: i128) -> i128 {
     sum
 }
 
-const fn rows() -> [[i32; MAX_VALENCE + 1]; MAX_VALENCE + 1] {
-    let mut rows = [[0; MAX_VALENCE + 1]; MAX_VALENCE + 1];
-    let mut n = 3;
-    while n <= MAX_VALENCE {
-        rows[n] = row(n);
-        n += 1;
-    }
-    rows
+fn rows() -> [[i32; MAX_VALENCE + 1]; MAX_VALENCE + 1] {
+    std::array::from_fn(|n| if n < 3 { [0; MAX_VALENCE + 1] } else { row(n) })
 }
 
-const fn row(n: usize) -> [i32; MAX_VALENCE + 1] {
+fn row(n: usize) -> [i32; MAX_VALENCE + 1] {
     let unit = 1i128 << BITS;
     let c = cosine(PI / n as i128);
     let a = 2 * c / 3;
@@ -67,8 +66,7 @@ const fn row(n: usize) -> [i32; MAX_VALENCE + 1] {
     let twice = 2 * (2 * mul(c, c) - unit);
     let mut row = [0; MAX_VALENCE + 1];
     let mut centre = ONE;
-    let mut j = 0;
-    while j < n {
+    for j in 0..n {
         let weight = match n {
             3 => [4, 4, -5][j] * unit / 27,
             4 => [2, 2, -1, -1][j] * unit / 9,
@@ -80,7 +78,6 @@ const fn row(n: usize) -> [i32; MAX_VALENCE + 1] {
         row[j + 1] = at_table_scale(weight);
         centre -= row[j + 1];
         (before, now) = (now, mul(twice, now) - before);
-        j += 1;
     }
     row[0] = centre;
     row

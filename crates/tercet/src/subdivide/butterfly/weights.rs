@@ -9,22 +9,17 @@
 //! As in the table of the √3 scheme the ring is rounded to nearest at scale 2^24 and the centre is
 //! what is missing from 2^24.
 
+use std::sync::LazyLock;
+
 use super::super::weights::{BITS, MAX_VALENCE, ONE, PI, at_table_scale, cosine, mul};
 
 /// The weights of valence n: centre first, then the ring. Rows 3 to 64 are filled.
-pub(super) static ROWS: [[i32; MAX_VALENCE + 1]; MAX_VALENCE + 1] = rows();
+///
+/// Computed on first use, like those of the √3 scheme and for the same reason.
+pub(super) static ROWS: LazyLock<[[i32; MAX_VALENCE + 1]; MAX_VALENCE + 1]> =
+    LazyLock::new(|| std::array::from_fn(|n| if n < 3 { [0; MAX_VALENCE + 1] } else { row(n) }));
 
-const fn rows() -> [[i32; MAX_VALENCE + 1]; MAX_VALENCE + 1] {
-    let mut rows = [[0; MAX_VALENCE + 1]; MAX_VALENCE + 1];
-    let mut n = 3;
-    while n <= MAX_VALENCE {
-        rows[n] = row(n);
-        n += 1;
-    }
-    rows
-}
-
-const fn row(n: usize) -> [i32; MAX_VALENCE + 1] {
+fn row(n: usize) -> [i32; MAX_VALENCE + 1] {
     let unit = 1i128 << BITS;
     let half_turn = cosine(PI / n as i128);
     let turn = 2 * mul(half_turn, half_turn) - unit;
@@ -32,8 +27,7 @@ const fn row(n: usize) -> [i32; MAX_VALENCE + 1] {
     let (mut before, mut now) = (turn, unit);
     let mut row = [0; MAX_VALENCE + 1];
     let mut centre = ONE;
-    let mut j = 0;
-    while j < n {
+    for j in 0..n {
         let weight = match n {
             3 => [5, -1, -1][j] * unit / 12,
             4 => [3, 0, -1, 0][j] * unit / 8,
@@ -43,7 +37,6 @@ const fn row(n: usize) -> [i32; MAX_VALENCE + 1] {
         row[j + 1] = at_table_scale(weight);
         centre -= row[j + 1];
         (before, now) = (now, 2 * mul(turn, now) - before);
-        j += 1;
     }
     row[0] = centre;
     row

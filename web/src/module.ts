@@ -1,0 +1,32 @@
+import { TercetError } from "./errors.js";
+
+/** Where a module's code comes from: already compiled, its bytes, or its address. */
+export type ModuleSource = WebAssembly.Module | BufferSource | URL | string;
+
+let own: Promise<WebAssembly.Module> | undefined;
+
+/** The decoder's compiled module: `source`, or the file beside this one, which is fetched once. */
+export function decoderModule(source?: ModuleSource): Promise<WebAssembly.Module> {
+  if (source !== undefined) return compile(source);
+  own ??= compile(new URL("./decoder.wasm", import.meta.url)).catch((error: unknown) => {
+    own = undefined; // The next caller may have more luck.
+    throw error;
+  });
+  return own;
+}
+
+/** Compiles a module. */
+export async function compile(source: ModuleSource): Promise<WebAssembly.Module> {
+  if (source instanceof WebAssembly.Module) return source;
+  if (!(source instanceof URL) && typeof source !== "string") return WebAssembly.compile(source);
+  try {
+    const response = await fetch(source);
+    if (!response.ok) throw new TercetError("status", `${String(source)}: ${response.status} ${response.statusText}`);
+    // Streaming asks for a media type that not every file server knows.
+    const typed = response.headers.get("content-type")?.startsWith("application/wasm");
+    return await (typed ? WebAssembly.compileStreaming(response) : WebAssembly.compile(await response.arrayBuffer()));
+  } catch (error) {
+    if (error instanceof TercetError) throw error;
+    throw new TercetError("network", `the decoder cannot be loaded: ${String(error)}`, { cause: error });
+  }
+}

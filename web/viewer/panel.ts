@@ -1,0 +1,135 @@
+/** The figures and controls beside the mesh. */
+import type { TercetInfo } from "tercet";
+import { FRESH, KEPT, SCALE } from "./colours";
+import * as format from "./format";
+import type { Model, Stage } from "./model";
+
+export type Picture = "surface" | "division" | "details" | "predicted";
+export const PICTURES: Picture[] = ["surface", "division", "details", "predicted"];
+
+const CAPTIONS: Record<Picture, string> = {
+  surface: "The mesh as this level has it.",
+  division: "Vertices that the level below had, and those that this one adds.",
+  details: "How far each vertex lies from where it was expected when it was new.",
+  predicted: "Every new vertex where it is expected: this level if all its details were zero.",
+};
+
+/** The element of that id; a page without it is not this one. */
+export function element<E extends HTMLElement = HTMLElement>(id: string): E {
+  const found = document.getElementById(id);
+  if (!found) throw new Error(`the page has no #${id}`);
+  return found as E;
+}
+
+export function setName(name: string): void {
+  element("name").textContent = name;
+  element("name").title = name;
+  document.title = name ? `${name} · Tercet` : "Tercet";
+}
+
+/** How much has arrived, with a mark where each level ends. */
+export function setProgress(received: number, total: number | undefined): void {
+  const part = total ? received / total : 0;
+  element("received").textContent = total
+    ? `${format.bytes(received)} of ${format.bytes(total)}`
+    : received > 0 ? format.bytes(received) : "–";
+  const bar = element("progress");
+  bar.setAttribute("aria-valuenow", String(Math.round(100 * part)));
+  (bar.firstElementChild as HTMLElement).style.width = `${100 * part}%`;
+}
+
+export function setMarks(info: TercetInfo | undefined): void {
+  const bar = element("progress");
+  bar.querySelectorAll("b").forEach((mark) => mark.remove());
+  for (const level of info?.levels.slice(0, -1) ?? []) {
+    const mark = document.createElement("b");
+    mark.style.left = `${(100 * level.bytes) / info!.bytes}%`;
+    bar.append(mark);
+  }
+}
+
+/** The figures of the level that is shown. */
+export function setFigures(model: Model | undefined, stage: Stage | undefined): void {
+  const level = stage && model?.info?.levels[stage.level];
+  const slider = element<HTMLInputElement>("level");
+  const last = (model?.info?.levels.length ?? 1) - 1;
+  slider.max = String(last);
+  slider.value = String(stage?.level ?? 0);
+  slider.disabled = !stage || last === 0;
+  element<HTMLButtonElement>("coarser").disabled = !stage || stage.level === 0;
+  element<HTMLButtonElement>("finer").disabled = !stage || stage === model?.finest;
+  const figures: Record<string, string> = { vertices: "–", faces: "–", bytes: "–", percent: "–", error: "–", time: "–" };
+  const text = element("level-text");
+  if (stage && level && model?.info) {
+    // The finest level is complete with the file's last byte.
+    const bytes = stage.level === last ? model.info.bytes : level.bytes;
+    const [vertices, faces] = stage.counts;
+    slider.setAttribute("aria-valuetext", `${stage.level} of ${last}, ${vertices} vertices`);
+    text.innerHTML = `${stage.level} <small>of ${last}${stage.level === 0 ? ", the base" : ""}</small>`;
+    Object.assign(figures, {
+      vertices: format.count(vertices),
+      faces: format.count(faces),
+      bytes: format.bytes(bytes),
+      percent: format.percent(bytes / model.info.bytes),
+      error: stage.level === last && model.info.bits === 0 ? "none" : format.percent(level.error),
+      time: format.duration(stage.arrived),
+    });
+    element("time").title = `decoded in ${stage.decoding.toFixed(1)} ms`;
+  } else {
+    text.textContent = "–";
+  }
+  for (const [id, value] of Object.entries(figures)) element(id).textContent = value;
+}
+
+export function setPicture(picture: Picture): void {
+  for (const button of element("picture").querySelectorAll("button")) {
+    const chosen = button.dataset["value"] === picture;
+    button.setAttribute("aria-checked", String(chosen));
+    button.tabIndex = chosen ? 0 : -1;
+  }
+  element("caption").textContent = CAPTIONS[picture];
+}
+
+/** What the colours mean; `range` as a part of the diagonal. */
+export function setLegend(picture: Picture, range?: [number, number]): void {
+  const legend = element("legend");
+  legend.hidden = picture !== "division" && !range;
+  if (picture === "division") {
+    legend.innerHTML = `<span class="dot" style="background:${KEPT}"></span>even, kept<span class="dot" style="background:${FRESH}"></span>odd, new`;
+  } else if (range) {
+    const [low, high] = range.map(format.percent);
+    legend.innerHTML = `<div class="scale" style="background:linear-gradient(90deg,${SCALE.join()})"></div>
+      <div class="ends"><span>${low}</span><span>of the diagonal</span><span>${high}</span></div>`;
+  }
+}
+
+export function setNotes(notes: string[]): void {
+  const section = element("notes");
+  section.hidden = notes.length === 0;
+  section.replaceChildren(...notes.map((note) => {
+    const line = document.createElement("p");
+    line.textContent = note;
+    return line;
+  }));
+}
+
+export function setBusy(text: string | undefined): void {
+  element("busy").hidden = text === undefined;
+  element("busy").querySelector("p")!.textContent = text ?? "";
+}
+
+let vanishing: ReturnType<typeof setTimeout> | undefined;
+
+/** Says something in passing; a failure stays until the next word. */
+export function say(text: string, kind: "passing" | "failure" = "passing"): void {
+  const toast = element("toast");
+  clearTimeout(vanishing);
+  toast.hidden = false;
+  toast.textContent = text;
+  toast.classList.toggle("failure", kind === "failure");
+  if (kind === "passing") vanishing = setTimeout(hush, 3500);
+}
+
+export function hush(): void {
+  element("toast").hidden = true;
+}

@@ -1,0 +1,209 @@
+/** A file on its way to the screen, and what the visitor wants to see of it. */
+import { openUrl, type Level, type Mishap, type TercetStream } from "tercet";
+import { Model, type Stage } from "./model";
+import * as panel from "./panel";
+import type { Picture } from "./panel";
+import type { View } from "./scene";
+import type { Source } from "./source";
+
+/** Milliseconds in which a level grows out of the one below. */
+const GROWING = 450;
+
+export class Viewer {
+  /** How fast a connection to imitate, in bytes per second. */
+  private rate: number | undefined;
+  private grows = true;
+  private picture: Picture = "surface";
+  private source: Source | undefined;
+  private model: Model | undefined;
+  private stream: TercetStream | undefined;
+  private shown: Stage | undefined;
+  /** Whether each finer level is shown as it comes. */
+  private follows = true;
+  private growing = false;
+  private started = 0;
+
+  constructor(private readonly view: View) {
+    panel.setPicture(this.picture);
+  }
+
+  /** Loads a mesh, in place of the one before. */
+  open(source: Source): void {
+    this.close();
+    this.source = source;
+    this.model = new Model();
+    this.started = performance.now();
+    panel.setName(source.name);
+    panel.setNotes(source.notes);
+    this.setState("loading");
+    const model = this.model;
+    const stream = openUrl(source.url, {
+      predictions: true,
+      normals: true,
+      digest: true,
+      ...(this.rate === undefined ? {} : { bytesPerSecond: this.rate }),
+      onInfo: (info) => {
+        model.info = info;
+        panel.setMarks(info);
+      },
+      onLevel: (level) => this.model === model && this.arrive(level),
+      onProgress: (received, total) => this.model === model && panel.setProgress(received, total),
+      onMishap: (mishap) => this.model === model && this.tell(mishap),
+    });
+    this.stream = stream;
+    stream.done.then(
+      () => this.model === model && this.finish(),
+      (error: unknown) => this.model === model && this.fail(error),
+    );
+  }
+
+  /** Loads the same mesh once more. */
+  replay(): void {
+    if (this.source) this.open(this.source);
+  }
+
+  /** Says that a mesh could not be had. */
+  fail(error: unknown): void {
+    panel.setBusy(undefined);
+    panel.say(error instanceof Error ? error.message : String(error), "failure");
+    this.setState(this.shown ? "failed" : "empty");
+  }
+
+  togglePause(): void {
+    if (document.body.dataset["state"] === "loading") {
+      this.stream?.pause();
+      this.setState("paused");
+    } else if (document.body.dataset["state"] === "paused") {
+      this.stream?.resume();
+      this.setState("loading");
+    }
+  }
+
+  setRate(bytesPerSecond: number | undefined): void {
+    this.rate = bytesPerSecond;
+    if (this.stream) this.stream.pace.bytesPerSecond = bytesPerSecond;
+  }
+
+  setPicture(picture: Picture): void {
+    this.picture = picture;
+    panel.setPicture(picture);
+    if (this.shown) this.put(this.shown);
+  }
+
+  setGrowing(grows: boolean): void {
+    this.grows = grows;
+  }
+
+  /** Shows a level, or the nearest that has arrived. */
+  goTo(level: number): void {
+    const finest = this.model?.finest;
+    if (!finest) return;
+    const wanted = Math.max(0, Math.min(level, finest.level));
+    this.follows = wanted === finest.level;
+    const stage = this.model?.stages[wanted];
+    if (stage && stage !== this.shown) this.change(stage);
+    else panel.setFigures(this.model, this.shown);
+  }
+
+  step(by: number): void {
+    if (this.shown) this.goTo(this.shown.level + by);
+  }
+
+  private close(): void {
+    this.stream?.abort();
+    this.model?.dispose();
+    this.model = this.shown = undefined;
+    this.follows = true;
+    this.growing = false;
+    panel.hush();
+    panel.setBusy(undefined);
+    panel.setMarks(undefined);
+    panel.setProgress(0, undefined);
+    panel.setFigures(undefined, undefined);
+    panel.setLegend("surface");
+    delete document.body.dataset["digest"];
+    delete document.body.dataset["shown"];
+    this.view.clear();
+  }
+
+  private arrive(level: Level): void {
+    const model = this.model!;
+    const stage = model.take(level, performance.now() - this.started);
+    // Whoever watches the page from outside hears of it too.
+    const { restored } = level;
+    dispatchEvent(new CustomEvent("tercet-level", { detail: { level: stage.level, restored, arrived: stage.arrived } }));
+    if (this.shown === stage) {
+      // The same level, now as the original: an animation puts it up when it ends.
+      if (!this.growing) this.put(stage);
+    } else if (this.follows) {
+      if (!this.growing) this.change(stage);
+    } else {
+      panel.setFigures(model, this.shown);
+    }
+  }
+
+  private finish(): void {
+    if (this.model?.digest) document.body.dataset["digest"] = this.model.digest;
+    this.setState("done");
+  }
+
+  private tell({ kind, at, message }: Mishap): void {
+    const what = kind === "damage" ? "A damaged section is fetched again" : "The connection broke; going on";
+    panel.say(`${what} at byte ${at} (${message})`);
+    dispatchEvent(new CustomEvent("tercet-mishap", { detail: { kind, at } }));
+  }
+
+  /** Goes from the level that is shown to another, vertex by vertex if they are neighbours. */
+  private change(stage: Stage): void {
+    const before = this.shown;
+    this.shown = stage;
+    const calm = !this.grows || this.picture === "predicted" || matchMedia("(prefers-reduced-motion: reduce)").matches;
+    const done = () => {
+      this.growing = false;
+      const finest = this.model?.finest;
+      // Levels that came meanwhile.
+      if (this.follows && finest && finest !== this.shown) this.change(this.model!.stages[this.shown!.level + 1] ?? finest);
+      else if (this.shown) this.put(this.shown);
+    };
+    panel.setFigures(this.model, stage);
+    // Where levels come faster than they grow, the picture must not lag behind.
+    const behind = this.follows ? (this.model?.finest?.level ?? stage.level) - stage.level : 0;
+    const milliseconds = GROWING / (1 + 2 * behind);
+    if (before && !calm && stage.level > before.level && stage.hasPrediction) {
+      this.growing = true;
+      this.view.grow(this.frame(stage, "division"), "out", milliseconds, done);
+    } else if (before && !calm && stage.level === before.level - 1 && before.hasPrediction) {
+      this.growing = true;
+      this.view.grow(this.frame(before, "division"), "in", milliseconds, done);
+    } else {
+      this.growing = false;
+      this.put(stage);
+    }
+  }
+
+  private put(stage: Stage): void {
+    const still = this.picture === "predicted" && stage.hasPrediction;
+    if (still) stage.preparePrediction();
+    this.growing = false;
+    this.view.show(this.frame(stage, this.picture === "surface" ? "mesh" : "division"), still ? 0 : 1);
+    panel.setFigures(this.model, stage);
+    document.body.dataset["shown"] = String(stage.level);
+  }
+
+  private frame(stage: Stage, wanted: "mesh" | "division") {
+    const coloured = this.picture === "division" || this.picture === "details";
+    if (this.picture === "division") stage.colourDivision();
+    const range = this.picture === "details" ? stage.colourDetails() : undefined;
+    const diagonal = this.view.diagonal;
+    panel.setLegend(this.picture, range && [range[0] / diagonal, range[1] / diagonal]);
+    return { geometry: stage.geometry(wanted), coloured };
+  }
+
+  private setState(state: "empty" | "loading" | "paused" | "done" | "failed"): void {
+    document.body.dataset["state"] = state;
+    const pause = panel.element<HTMLButtonElement>("pause");
+    pause.disabled = state !== "loading" && state !== "paused";
+    pause.textContent = state === "paused" ? "Go on" : "Pause";
+    panel.element<HTMLButtonElement>("replay").disabled = !this.source;
+  }
+}
