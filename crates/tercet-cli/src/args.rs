@@ -33,6 +33,8 @@ pub enum Command {
     Verify(commands::VerifyArgs),
     /// Measure how far two surfaces are apart.
     Metrics(commands::MetricsArgs),
+    /// Resample a mesh to subdivision connectivity, which costs nothing to code.
+    Remesh(commands::RemeshArgs),
     /// Refine a mesh by subdivision.
     Subdivide(commands::SubdivideArgs),
     /// Show the levels of a mesh, cut the file off, decode and verify.

@@ -39,6 +39,7 @@ fn main() -> ExitCode {
         Command::Info(args) => commands::info(args, &limits, &console),
         Command::Verify(args) => commands::verify(args, &limits, &console),
         Command::Metrics(args) => commands::metrics(args, &limits, &console),
+        Command::Remesh(args) => commands::remesh(args, &limits, &console),
         Command::Subdivide(args) => commands::subdivide(args, &limits, &console),
         Command::Demo(args) => commands::demo(args, &limits, &console),
     };

@@ -5,6 +5,7 @@ mod demo;
 mod encode;
 mod info;
 mod metrics;
+mod remesh;
 mod subdivide;
 mod verify;
 
@@ -13,5 +14,6 @@ pub use demo::{DemoArgs, demo};
 pub use encode::{EncodeArgs, encode};
 pub use info::{InfoArgs, info};
 pub use metrics::{MetricsArgs, metrics};
+pub use remesh::{RemeshArgs, remesh};
 pub use subdivide::{SubdivideArgs, subdivide};
 pub use verify::{VerifyArgs, verify};
