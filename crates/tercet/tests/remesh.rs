@@ -6,7 +6,7 @@ use std::path::Path;
 
 use tercet::remesh::{Goal, Placement, RemeshOptions, Remeshed, remesh};
 use tercet::shapes::{annulus, grid, join, noisy, scan, sphere, torus};
-use tercet::{EncodeOptions, Error, Limits, Mesh, encode, io};
+use tercet::{EncodeOptions, Error, Limits, Mesh, Scheme, encode, io};
 
 fn run(mesh: &Mesh, options: &RemeshOptions) -> tercet::Result<Remeshed> {
     remesh(mesh, options, &Limits::default(), &mut |_| {})
@@ -54,12 +54,16 @@ fn components(vertices: &BTreeSet<u32>, joined: &[[u32; 2]]) -> i64 {
 
 /// What must hold of every remesh.
 fn check(name: &str, mesh: &Mesh, remeshed: &Remeshed) {
+    check_levels(name, mesh, remeshed, "sqrt3");
+}
+
+fn check_levels(name: &str, mesh: &Mesh, remeshed: &Remeshed, kind: &str) {
     assert_eq!(topology(mesh), topology(&remeshed.mesh), "{name}");
     assert_eq!(remeshed.folded, 0, "{name}");
     let steps = remeshed.levels as usize;
     let file = encode(&remeshed.mesh, &EncodeOptions { bits: Some(12), ..Default::default() }).unwrap();
     let kinds: Vec<_> = file.info.levels.iter().rev().take(steps).map(|l| l.kind).collect();
-    assert_eq!(kinds, vec!["sqrt3"; steps], "{name}");
+    assert_eq!(kinds, vec![kind; steps], "{name}");
     let below = &file.info.levels[file.info.levels.len() - 1 - steps];
     assert!(below.vertices as usize == remeshed.base_vertices, "{name}");
 }
@@ -130,11 +134,21 @@ fn creases_are_kept_where_a_step_can_show_them() {
 fn levels_placements_and_repetition() {
     let mesh = scan(3000, 2);
     for placement in [Placement::Normal, Placement::Relaxed] {
-        let options = RemeshOptions { goal: Goal::Levels(3), placement, max_faces: None };
+        let options = RemeshOptions { goal: Goal::Levels(3), placement, ..RemeshOptions::default() };
         let first = run(&mesh, &options).unwrap();
         assert_eq!(first.levels, 3);
         check("scan", &mesh, &first);
         assert_eq!(first.mesh, run(&mesh, &options).unwrap().mesh);
+    }
+}
+
+#[test]
+fn butterfly_connectivity_is_made_by_the_same_means() {
+    for (name, mesh) in [("scan", scan(3000, 3)), ("cube", cube(12)), ("annulus", annulus(40, 6))] {
+        let options = RemeshOptions { scheme: Scheme::Butterfly, ..within(0.002) };
+        let remeshed = run(&mesh, &options).unwrap();
+        assert!(remeshed.comparison.rms() <= 0.002 * remeshed.comparison.diagonal, "{name}");
+        check_levels(name, &mesh, &remeshed, "butterfly");
     }
 }
 

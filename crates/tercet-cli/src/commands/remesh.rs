@@ -7,6 +7,7 @@ use tercet::Limits;
 use tercet::io::Format;
 use tercet::remesh::{Goal, Placement, RemeshOptions, Remeshed, Repairs};
 
+use crate::args::Scheme;
 use crate::console::Console;
 use crate::{Outcome, args, files, report};
 
@@ -17,11 +18,14 @@ pub struct RemeshArgs {
     /// The mesh to write; - for standard output.
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
+    /// The subdivision scheme.
+    #[arg(long, default_value = "sqrt3")]
+    pub scheme: Scheme,
     /// The largest root mean square distance between the surfaces, as a part of the bounding box's
     /// diagonal [default: 0.0005].
     #[arg(long, value_name = "E", value_parser = args::error, conflicts_with = "levels")]
     pub max_error: Option<f32>,
-    /// How many √3 steps shall lead to the result.
+    /// How many steps shall lead to the result.
     #[arg(long, value_name = "N")]
     pub levels: Option<u32>,
     /// Faces of the result, at most [default: four times those of MESH, at least 200000].
@@ -45,6 +49,7 @@ impl RemeshArgs {
     fn options(&self) -> RemeshOptions {
         let usual = RemeshOptions::default();
         RemeshOptions {
+            scheme: self.scheme.into(),
             goal: match (self.max_error, self.levels) {
                 (_, Some(levels)) => Goal::Levels(levels),
                 (Some(error), _) => Goal::MaxError(error.into()),

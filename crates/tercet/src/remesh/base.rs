@@ -2,12 +2,14 @@
 
 use glam::DVec3;
 
-use super::climb::{Crease, Level};
+use super::climb::Level;
+use super::creases::Crease;
 use super::decimate::decimate;
 use super::fair::fair;
 use super::input::Input;
 use super::original::Original;
-use crate::mesh::{NONE, next, prev};
+use crate::Scheme;
+use crate::mesh::{next, prev};
 
 /// A base vertex lies on a crease if it is this near, in lengths of the edge.
 const ON_CREASE: f64 = 0.02;
@@ -15,7 +17,13 @@ const ON_CREASE: f64 = 0.02;
 const ALONG_CREASE: f64 = 0.1;
 
 /// Makes a base of about `size` vertices.
-pub(super) fn make_base(input: &Input, original: &Original, weight: &[f64], size: usize) -> Level {
+pub(super) fn make_base(
+    input: &Input,
+    original: &Original,
+    weight: &[f64],
+    size: usize,
+    scheme: Scheme,
+) -> Level {
     let mut base = decimate(&input.surface, &input.positions, weight, size);
     let mut positions: Vec<DVec3> = base.source.iter().map(|&v| input.positions[v as usize]).collect();
     fair(&mut base, &mut positions, original);
@@ -28,6 +36,7 @@ pub(super) fn make_base(input: &Input, original: &Original, weight: &[f64], size
         bound: vec![false; positions.len()],
         surface: base.surface,
         positions,
+        scheme,
         steps: 0,
         creases: Vec::new(),
         flat: Vec::new(),
@@ -50,7 +59,7 @@ fn tag_creases(level: &mut Level, original: &Original) {
             original.nearest_on_crease(p).is_some_and(|(_, distance)| distance <= share * a.distance(b))
         };
         if near(a, ON_CREASE) && near(b, ON_CREASE) && near(a.midpoint(b), ALONG_CREASE) {
-            level.creases.push(Crease { ends, beside: [NONE; 2] });
+            level.creases.push(Crease::new(ends));
         }
     }
     for crease in &level.creases {

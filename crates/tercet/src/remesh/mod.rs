@@ -1,14 +1,15 @@
-//! Resampling of a mesh to √3 subdivision connectivity, so that its connectivity costs nothing.
+//! Resampling of a mesh to subdivision connectivity, so that its connectivity costs nothing.
 //!
 //! A base with few vertices is made (`base`) by edge collapses (`decimate`) and given a good shape (`fair`);
-//! every level then inserts one vertex a face where interpolatory subdivision predicts it, and moves
-//! it along the predicted normal onto the original (`climb`; after Guskov, Vidimče, Sweldens and
+//! every level then inserts its vertices where interpolatory subdivision predicts them, and moves
+//! them along the predicted normal onto the original (`climb`; after Guskov, Vidimče, Sweldens and
 //! Schröder, "Normal meshes", 2000), so that most of a detail is one number. What folds on the way
 //! is smoothed (`folds`). Where the result stays too far off, the base is made finer there, and all
 //! is done again (`search`).
 
 mod base;
 mod climb;
+mod creases;
 mod decimate;
 mod deviation;
 mod fair;
@@ -22,13 +23,15 @@ mod search;
 pub use input::Repairs;
 
 use crate::metrics::{self, Comparison, MetricsOptions};
-use crate::{Error, Limits, Mesh, Progress, Result};
+use crate::{Error, Limits, Mesh, Progress, Result, Scheme};
 use input::Input;
 use original::Original;
 
 /// What a remesh shall be like.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RemeshOptions {
+    /// Which subdivision connectivity it shall have.
+    pub scheme: Scheme,
     /// When to stop.
     pub goal: Goal,
     /// Where new vertices go.
@@ -43,7 +46,7 @@ pub enum Goal {
     /// The root mean square of the distances between the surfaces, the larger of both directions, is at
     /// most this part of the diagonal of the mesh's bounding box.
     MaxError(f64),
-    /// So many √3 steps lead to it from a base that has about 3^−levels of the mesh's vertices.
+    /// So many steps lead to it, from a base that makes it about as fine as the mesh.
     Levels(u32),
 }
 
@@ -58,7 +61,12 @@ pub enum Placement {
 
 impl Default for RemeshOptions {
     fn default() -> Self {
-        RemeshOptions { goal: Goal::MaxError(0.0005), placement: Placement::Normal, max_faces: None }
+        RemeshOptions {
+            scheme: Scheme::Sqrt3,
+            goal: Goal::MaxError(0.0005),
+            placement: Placement::Normal,
+            max_faces: None,
+        }
     }
 }
 
@@ -69,7 +77,7 @@ pub struct Remeshed {
     pub mesh: Mesh,
     /// Vertices of the base.
     pub base_vertices: usize,
-    /// √3 steps that lead from the base to the mesh.
+    /// Steps that lead from the base to the mesh.
     pub levels: u32,
     /// How far it is from the original, which is A.
     pub comparison: Comparison,

@@ -23,8 +23,8 @@ pub(super) struct Found {
 
 /// Bases that are tried, at most; each has half as many vertices again as the one before.
 const BASES: usize = 12;
-/// The first base has 3^−FIRST_LEVELS of the vertices …
-const FIRST_LEVELS: u32 = 5;
+/// Unless the levels are given, the first base has one in so many of the vertices …
+const FIRST_PARTS: u64 = 243;
 /// … within these bounds, if the mesh has so many.
 const FIRST_VERTICES: std::ops::RangeInclusive<usize> = 60..=1000;
 /// A level whose error is more than this part of the coarser one's …
@@ -48,7 +48,7 @@ pub(super) fn search(
     let samples = Samples::new(original);
     let vertices = input.positions.len() - input.surface.virtuals as usize;
     let mut weight = vec![1.0; input.positions.len()];
-    let mut size = first_size(vertices, options.goal);
+    let mut size = first_size(vertices, options);
     let mut best = f64::INFINITY;
     for base in 0..BASES as u64 {
         progress(Progress { stage: "remeshing", done: base, total: BASES as u64 });
@@ -74,12 +74,12 @@ pub(super) fn search(
 }
 
 /// How many vertices the first base gets.
-fn first_size(vertices: usize, goal: Goal) -> usize {
-    let levels = match goal {
-        Goal::Levels(levels) => levels,
-        Goal::MaxError(_) => FIRST_LEVELS,
+fn first_size(vertices: usize, options: &RemeshOptions) -> usize {
+    let parts = match options.goal {
+        Goal::Levels(levels) => options.scheme.growth().saturating_pow(levels),
+        Goal::MaxError(_) => FIRST_PARTS,
     };
-    let size = vertices / 3usize.saturating_pow(levels);
+    let size = (vertices as u64 / parts) as usize;
     size.clamp(*FIRST_VERTICES.start(), *FIRST_VERTICES.end()).min(vertices)
 }
 
@@ -101,13 +101,15 @@ fn climb(
     max_faces: usize,
     samples: &Samples,
 ) -> Result<Attempt> {
-    let mut level = make_base(input, original, weight, size);
+    let mut level = make_base(input, original, weight, size, options.scheme);
     let base_vertices = level.positions.len() - level.surface.virtuals as usize;
+    let growth = options.scheme.growth() as usize;
     let mut rays = Tally::default();
     let mut deviation: Option<Deviation> = None;
     let [mut unfolded, mut left] = unfold(&mut level, original);
     let mut good = options.goal == Goal::Levels(0) && left == 0;
-    while !good && 3 * level.mesh().faces.len() <= max_faces && options.goal != Goal::Levels(level.steps) {
+    while !good && growth * level.mesh().faces.len() <= max_faces && options.goal != Goal::Levels(level.steps)
+    {
         let Some(finer) = level.climb(original, options.placement, &mut rays) else { break };
         level = finer;
         let found;
