@@ -12,7 +12,7 @@ use crate::Scheme;
 use crate::mesh::{next, prev};
 
 /// A base vertex lies on a crease if it is this near, in lengths of the edge.
-const ON_CREASE: f64 = 0.02;
+pub(super) const ON_CREASE: f64 = 0.02;
 /// The middle of an edge along a crease is this near to it.
 const ALONG_CREASE: f64 = 0.1;
 

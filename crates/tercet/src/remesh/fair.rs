@@ -6,6 +6,7 @@
 
 use glam::DVec3;
 
+use super::base::ON_CREASE;
 use super::decimate::{Base, EVENNESS, shape};
 use super::original::Original;
 use crate::mesh::{Surface, next, prev};
@@ -132,7 +133,7 @@ impl<'a> Flips<'a> {
     }
 }
 
-/// Moves each vertex inside towards the mean of its neighbours, along the surface.
+/// Moves each vertex inside, but those on creases, towards the mean of its neighbours, along the surface.
 fn relax(base: &Base, positions: &mut [DVec3], original: &Original) {
     let surface = &base.surface;
     for (v, c) in (0..).zip(surface.any_corner()).filter(|&(v, _)| !surface.is_virtual(v)) {
@@ -144,6 +145,9 @@ fn relax(base: &Base, positions: &mut [DVec3], original: &Original) {
         let mean = ring.iter().map(|&w| positions[w as usize]).sum::<DVec3>() / ring.len() as f64;
         let edge =
             ring.iter().map(|&w| positions[w as usize].distance(here)).sum::<f64>() / ring.len() as f64;
+        if original.nearest_on_crease(here).is_some_and(|(_, distance)| distance <= ON_CREASE * edge) {
+            continue;
+        }
         let normal = ring_normal(&ring, here, positions);
         let step = mean - here;
         let target = here + RELAX_SHARE * (step - normal * step.dot(normal));

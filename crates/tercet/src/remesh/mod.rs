@@ -22,7 +22,7 @@ mod search;
 
 pub use input::Repairs;
 
-use crate::metrics::{self, Comparison, MetricsOptions};
+use crate::metrics::Comparison;
 use crate::{Error, Limits, Mesh, Progress, Result, Scheme};
 use input::Input;
 use original::Original;
@@ -46,9 +46,13 @@ pub enum Goal {
     /// The root mean square of the distances between the surfaces, the larger of both directions, is at
     /// most this part of the diagonal of the mesh's bounding box.
     MaxError(f64),
-    /// So many steps lead to it, from a base that makes it about as fine as the mesh.
+    /// So many steps lead to it, from a base that makes it about as fine as the mesh, or finer where
+    /// the error would otherwise be above [`LEVELS_ERROR`].
     Levels(u32),
 }
+
+/// The error allowed where only levels are asked for, as a part of the diagonal.
+pub const LEVELS_ERROR: f64 = 0.001;
 
 /// Where new vertices go.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -119,6 +123,9 @@ pub fn remesh(
     {
         return Err(Error::Parameter("the error to reach must be above 0".into()));
     }
+    if options.goal == Goal::Levels(0) {
+        return Err(Error::Parameter("without levels there is no subdivision connectivity".into()));
+    }
     let max_faces = options.max_faces.unwrap_or_else(|| LEAST_MOST_FACES.max(4 * mesh.faces.len()));
     limits.check("bytes of the remesh", max_faces as u64, BYTES_PER_FACE)?;
     let input = Input::new(mesh)?;
@@ -127,13 +134,11 @@ pub fn remesh(
         return Err(Error::mesh("faces", "all lie in one point, so there is no surface to remesh"));
     }
     let found = search::search(&input, &original, options, max_faces, progress)?;
-    let remeshed = found.level.mesh();
-    let comparison = metrics::compare(&input.mesh, &remeshed, &MetricsOptions::default())?;
     Ok(Remeshed {
-        mesh: remeshed,
+        mesh: found.level.mesh(),
         base_vertices: found.base_vertices,
         levels: found.level.steps,
-        comparison,
+        comparison: found.comparison,
         rays: found.rays,
         unfolded: found.unfolded,
         folded: folds::folded(&found.level, &original).len(),

@@ -9,7 +9,8 @@ use super::folds::{folded, restore_folded, unfold};
 use super::input::Input;
 use super::original::Original;
 use super::ring::Ring;
-use super::{Goal, Placement, RemeshOptions, Tally};
+use super::{Goal, LEVELS_ERROR, Placement, RemeshOptions, Tally};
+use crate::metrics::{Comparison, MetricsOptions, compare};
 use crate::{Error, Progress, Result};
 
 /// A remesh that was found.
@@ -19,6 +20,8 @@ pub(super) struct Found {
     pub rays: Tally,
     /// Triangles that were folded on the way.
     pub unfolded: usize,
+    /// How far it is from the original.
+    pub comparison: Comparison,
 }
 
 /// Bases that are tried, at most; each has half as many vertices again as the one before.
@@ -45,27 +48,23 @@ pub(super) fn search(
     max_faces: usize,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Found> {
-    let samples = Samples::new(original);
+    let search = Search { input, original, options, max_faces, samples: Samples::new(original) };
     let vertices = input.positions.len() - input.surface.virtuals as usize;
     let mut weight = vec![1.0; input.positions.len()];
     let mut size = first_size(vertices, options);
     let mut best = f64::INFINITY;
     for base in 0..BASES as u64 {
         progress(Progress { stage: "remeshing", done: base, total: BASES as u64 });
-        let attempt = climb(input, original, &weight, size, options, max_faces, &samples)?;
-        if attempt.good {
-            return Ok(attempt.found);
+        match search.climb(&weight, size)? {
+            Attempt::Good(found) => return Ok(found),
+            Attempt::Bad(level, deviation) => {
+                best = best.min(deviation.rms / original.diagonal);
+                search.emphasise(&mut weight, &level, &deviation);
+            }
         }
-        let Some(deviation) = attempt.deviation else { break };
-        best = best.min(deviation.rms / original.diagonal);
         if size == vertices {
             break;
         }
-        let wanted = match options.goal {
-            Goal::MaxError(error) => error * original.diagonal,
-            Goal::Levels(_) => deviation.rms,
-        };
-        emphasise(&mut weight, input, &attempt.found.level, original, &deviation, wanted);
         size = (size * 3 / 2).min(vertices);
     }
     Err(Error::Parameter(format!(
@@ -84,100 +83,111 @@ fn first_size(vertices: usize, options: &RemeshOptions) -> usize {
 }
 
 /// What became of a base.
-struct Attempt {
-    found: Found,
-    good: bool,
-    /// Of the finest level; none if the base itself is too large.
-    deviation: Option<Deviation>,
+enum Attempt {
+    Good(Found),
+    /// The finest level that was reached, and how far it is off.
+    Bad(Level, Deviation),
 }
 
-/// Makes a base of about `size` vertices and refines it until the goal is reached or out of reach.
-fn climb(
-    input: &Input,
-    original: &Original,
-    weight: &[f64],
-    size: usize,
-    options: &RemeshOptions,
+/// What all attempts share.
+struct Search<'a> {
+    input: &'a Input,
+    original: &'a Original,
+    options: &'a RemeshOptions,
     max_faces: usize,
-    samples: &Samples,
-) -> Result<Attempt> {
-    let mut level = make_base(input, original, weight, size, options.scheme);
-    let base_vertices = level.positions.len() - level.surface.virtuals as usize;
-    let growth = options.scheme.growth() as usize;
-    let mut rays = Tally::default();
-    let mut deviation: Option<Deviation> = None;
-    let [mut unfolded, mut left] = unfold(&mut level, original);
-    let mut good = options.goal == Goal::Levels(0) && left == 0;
-    while !good && growth * level.mesh().faces.len() <= max_faces && options.goal != Goal::Levels(level.steps)
-    {
-        let Some(finer) = level.climb(original, options.placement, &mut rays) else { break };
-        level = finer;
-        let found;
-        [found, left] = unfold(&mut level, original);
-        unfolded += found;
-        let mut candidate = level.clone();
-        if options.placement == Placement::Relaxed {
-            relax(&mut candidate, original);
-            left = folded(&candidate, original).len();
-        }
-        let reached = samples.measure(original, &candidate.mesh())?;
-        let before = deviation.replace(reached).map_or(f64::INFINITY, |d| d.rms);
-        let rms = deviation.as_ref().map_or(before, |d| d.rms);
-        let enough = match options.goal {
-            Goal::MaxError(error) => rms <= error * original.diagonal,
-            Goal::Levels(levels) => level.steps == levels,
-        };
-        good = enough && left == 0;
-        if good {
-            level = candidate;
-        }
-        if enough || (rms > STALLED * before && level.steps >= STALLED_FROM) {
-            break;
-        }
-    }
-    Ok(Attempt { found: Found { level, base_vertices, rays, unfolded }, good, deviation })
+    samples: Samples,
 }
 
-/// Evens out the triangles of a finest level, but where that would fold them.
-fn relax(level: &mut Level, original: &Original) {
-    let before = level.clone();
+impl Search<'_> {
+    /// Makes a base of about `size` vertices and refines it until the goal is reached or out of reach.
+    fn climb(&self, weight: &[f64], size: usize) -> Result<Attempt> {
+        let Search { original, options, .. } = *self;
+        let mut level = make_base(self.input, original, weight, size, options.scheme);
+        let base_vertices = level.positions.len() - level.surface.virtuals as usize;
+        let growth = options.scheme.growth() as usize;
+        let mut rays = Tally::default();
+        let [mut unfolded, _] = unfold(&mut level, original);
+        let mut deviation = self.samples.measure(original, &level.mesh())?;
+        while growth * level.mesh().faces.len() <= self.max_faces {
+            let Some(finer) = level.climb(original, options.placement, &mut rays) else { break };
+            level = finer;
+            let [found, left] = unfold(&mut level, original);
+            unfolded += found;
+            let relaxed = (options.placement == Placement::Relaxed).then(|| relax(&level, original));
+            let finest = relaxed.as_ref().unwrap_or(&level);
+            let before = deviation.rms;
+            deviation = self.samples.measure(original, &finest.mesh())?;
+            let near = deviation.rms <= self.wanted();
+            let enough = match options.goal {
+                Goal::MaxError(_) => near,
+                Goal::Levels(levels) => level.steps == levels,
+            };
+            if enough && near && left == 0 {
+                // The samples above are few; these are as many as anybody would measure with.
+                let finest = finest.clone();
+                let mesh = &self.original.mesh;
+                let comparison = compare(mesh, &finest.mesh(), &MetricsOptions::default())?;
+                if comparison.rms() <= self.wanted() {
+                    let found = Found { level: finest, base_vertices, rays, unfolded, comparison };
+                    return Ok(Attempt::Good(found));
+                }
+            }
+            // Folds grow with every level, and levels that are asked for do not come twice.
+            let too_late = enough && (left > 0 || matches!(options.goal, Goal::Levels(_)));
+            let stalled = deviation.rms > STALLED * before && level.steps >= STALLED_FROM;
+            if too_late || stalled {
+                break;
+            }
+        }
+        Ok(Attempt::Bad(level, deviation))
+    }
+
+    /// The distance that is allowed.
+    fn wanted(&self) -> f64 {
+        let part = match self.options.goal {
+            Goal::MaxError(error) => error,
+            Goal::Levels(_) => LEVELS_ERROR,
+        };
+        part * self.original.diagonal
+    }
+
+    /// Gives more weight to where the remesh is off by more than is allowed, or folded.
+    fn emphasise(&self, weight: &mut [f64], level: &Level, deviation: &Deviation) {
+        let wanted = self.wanted() * self.wanted();
+        let mut excess: Vec<f64> = deviation.squares.iter().map(|square| square / wanted).collect();
+        for f in folded(level, self.original) {
+            let corners = level.surface.face(f).map(|v| level.positions[v as usize]);
+            let centre = corners.iter().sum::<DVec3>() / 3.0;
+            if let Some((_, face)) = self.original.nearest(centre) {
+                let near = self.original.mesh.faces[face as usize];
+                near.iter().for_each(|&v| excess[v as usize] = MOST_EMPHASIS);
+            }
+        }
+        let mut times = vec![1.0f64; weight.len()];
+        // The surface's real faces are the mesh's, in order and with the same corners.
+        for (f, face) in (0..).zip(&self.original.mesh.faces) {
+            for (v, w) in self.input.surface.face(f).into_iter().zip(face) {
+                times[v as usize] = excess[*w as usize].clamp(1.0, MOST_EMPHASIS);
+            }
+        }
+        weight.iter_mut().zip(times).for_each(|(weight, times)| *weight *= times);
+    }
+}
+
+/// A finest level with its triangles evened out, but where that would fold them.
+fn relax(before: &Level, original: &Original) -> Level {
+    let mut level = before.clone();
     for _ in 0..RELAX_STEPS {
         for corner in level.surface.any_corner() {
             let v = level.surface.at(corner);
             if !level.surface.is_virtual(v) && !level.bound[v as usize] {
-                let ring = Ring::new(level, corner);
+                let ring = Ring::new(&level, corner);
                 if !ring.on_rim {
-                    ring.smooth(level, RELAX_SHARE, original);
+                    ring.smooth(&mut level, RELAX_SHARE, original);
                 }
             }
         }
     }
-    restore_folded(level, &before, original);
-}
-
-/// Gives more weight to where the remesh is off by more than `wanted`, or folded.
-fn emphasise(
-    weight: &mut [f64],
-    input: &Input,
-    level: &Level,
-    original: &Original,
-    deviation: &Deviation,
-    wanted: f64,
-) {
-    let mut excess: Vec<f64> = deviation.squares.iter().map(|square| square / (wanted * wanted)).collect();
-    for f in folded(level, original) {
-        let corners = level.surface.face(f).map(|v| level.positions[v as usize]);
-        let centre = corners.iter().sum::<DVec3>() / 3.0;
-        if let Some((_, face)) = original.nearest(centre) {
-            original.mesh.faces[face as usize].iter().for_each(|&v| excess[v as usize] = MOST_EMPHASIS);
-        }
-    }
-    let mut times = vec![1.0f64; weight.len()];
-    // The surface's real faces are the mesh's, in order and with the same corners.
-    for (f, face) in (0..).zip(&original.mesh.faces) {
-        for (v, w) in input.surface.face(f).into_iter().zip(face) {
-            times[v as usize] = excess[*w as usize].clamp(1.0, MOST_EMPHASIS);
-        }
-    }
-    weight.iter_mut().zip(times).for_each(|(weight, times)| *weight *= times);
+    restore_folded(&mut level, before, original);
+    level
 }
