@@ -5,7 +5,7 @@
 //! measure refine MESH OUT.ply SCHEME STEPS NOISE   sqrt3 or butterfly steps, noise as a part of the
 //!                                                mean edge, vertices and faces shuffled
 //! measure remesh MESH OUT.ply LEVELS normal|relaxed   to √3 connectivity
-//! measure encode MESH.ply OUT.tct BITS  BITS is a number or "exact"
+//! measure encode MESH.ply OUT.tct BITS EFFORT      BITS is a number or "exact"; fast, default or max
 //! measure decode FILE.tct
 //! ```
 //!
@@ -19,7 +19,7 @@ use std::path::Path;
 use std::time::Instant;
 use tercet::io::{self, Format};
 use tercet::remesh::{Goal, Placement, RemeshOptions};
-use tercet::{EncodeOptions, Limits, Mesh, Scheme};
+use tercet::{Effort, EncodeOptions, Limits, Mesh, Scheme};
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
@@ -33,17 +33,22 @@ fn main() -> Result<()> {
         ["refine", mesh, out, scheme, steps, noise] => {
             write(&refine(&read(mesh)?, self::scheme(scheme)?, steps.parse()?, noise.parse()?)?, out)
         }
-        ["encode", mesh, out, bits] => encode(mesh, out, bits),
+        ["encode", mesh, out, bits, effort] => encode(mesh, out, bits, effort),
         ["decode", file] => decode(file),
         _ => Err("usage: see the head of examples/measure.rs".into()),
     }
 }
 
-fn encode(mesh: &str, out: &str, bits: &str) -> Result<()> {
+fn encode(mesh: &str, out: &str, bits: &str, effort: &str) -> Result<()> {
     let before = peak_bytes();
     let mesh = read(mesh)?;
     let bits = if bits == "exact" { None } else { Some(bits.parse()?) };
-    let options = EncodeOptions { bits, ..EncodeOptions::default() };
+    let effort = match effort {
+        "fast" => Effort::Fast,
+        "max" => Effort::Max,
+        _ => Effort::Default,
+    };
+    let options = EncodeOptions { bits, effort, ..EncodeOptions::default() };
     let start = Instant::now();
     let encoded = tercet::encode(&mesh, &options)?;
     println!("seconds={}", start.elapsed().as_secs_f64());

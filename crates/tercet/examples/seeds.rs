@@ -4,17 +4,19 @@
 
 use std::path::PathBuf;
 use tercet::shapes::{annulus, grid, icosahedron, scan, soup};
-use tercet::{EncodeOptions, Limits, Mesh, Scheme, Update};
+use tercet::{Effort, EncodeOptions, Limits, Mesh, Scheme, Update};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = PathBuf::from(std::env::args_os().nth(1).ok_or("usage: seeds FOLDER")?);
     let exact = EncodeOptions::default();
     let ordered = EncodeOptions { keep_order: true, ..exact };
     let lattice = EncodeOptions { bits: Some(8), ..exact };
+    let fast = EncodeOptions { effort: Effort::Fast, ..lattice };
     let lifted = EncodeOptions { update: Update::Third, ..lattice };
     let refined = |mesh: &Mesh, scheme| tercet::subdivide(mesh, scheme, 2, &Limits::default());
     for (name, mesh, options) in [
         ("closed_adaptive", scan(60, 1), lattice),
+        ("closed_fast", scan(60, 1), fast),
         ("closed_sqrt3", refined(&icosahedron(), Scheme::Sqrt3)?, lifted),
         ("boundary_sqrt3", refined(&grid(2, 3), Scheme::Sqrt3)?, lifted),
         ("closed_butterfly", refined(&icosahedron(), Scheme::Butterfly)?, lattice),

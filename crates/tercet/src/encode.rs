@@ -8,7 +8,7 @@ use crate::entropy::Encoder;
 use crate::mesh::{Cut, Lattice, Mesh, Surface, box_lattice, cut, next, prev};
 use crate::metrics::LevelErrors;
 use crate::reverse::{Hierarchy, Reduction, StepKind, lift};
-use crate::{Error, LevelScheme, Limits, Result, Update};
+use crate::{Effort, Error, LevelScheme, Limits, Result, Update};
 
 /// What to keep, and how.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -20,6 +20,8 @@ pub struct EncodeOptions {
     pub keep_order: bool,
     /// How the details of √3 and butterfly levels move the vertices that a coarser level keeps.
     pub update: Update,
+    /// How much work it may take to write and to read the file.
+    pub effort: Effort,
     /// Which levels without connectivity bits are looked for.
     pub scheme: LevelScheme,
 }
@@ -87,7 +89,7 @@ pub fn encode_with(
         progress(Progress { stage: "reducing", done: total - reached.left() as u64, total });
         errors.measure(reached);
     });
-    let mut writer = Writer::new(hierarchy, options.update, errors.finish());
+    let mut writer = Writer::new(hierarchy, options, errors.finish());
     writer.base()?;
     while let Some(step) = writer.hierarchy.steps.pop() {
         progress(Progress { stage: "coding", done: writer.real_vertices(), total });
@@ -103,6 +105,7 @@ pub fn encode_with(
     payloads.extend(completing);
     let outline = Outline {
         order_kept: options.keep_order,
+        effort: options.effort,
         precision,
         vertices: mesh.positions.len() as u32,
         faces: mesh.faces.len() as u32,
@@ -143,12 +146,12 @@ struct Writer {
 }
 
 impl Writer {
-    fn new(hierarchy: Hierarchy, rule: Update, errors: Vec<f32>) -> Self {
+    fn new(hierarchy: Hierarchy, options: &EncodeOptions, errors: Vec<f32>) -> Self {
         Writer {
             hierarchy,
-            rule,
+            rule: options.update,
             errors,
-            levels: Levels::new(),
+            levels: Levels::new(options.effort),
             map: Vec::new(),
             entries: Vec::new(),
             payloads: Vec::new(),
@@ -168,7 +171,7 @@ impl Writer {
         self.map = self.levels.base(&mut coder, Some(known), &Limits { max_memory: u64::MAX })?;
         self.connectivity_bits += coder.bits();
         let positions = new_positions(&self.levels.surface, &self.map, known, &positions, 0);
-        self.levels.base_positions(&mut coder, positions);
+        self.levels.base_positions(&mut coder, &positions);
         self.finish(coder, LevelKind::Base, 0);
         Ok(())
     }
@@ -233,7 +236,6 @@ impl Writer {
         self.position_bits +=
             coder.bits() - if kind == LevelKind::Base { self.connectivity_bits } else { before };
         let surface = &self.levels.surface;
-        let virtual_faces = (0..surface.faces()).filter(|&f| surface.is_virtual_face(f)).count() as u32;
         let lifted = !matches!(kind, LevelKind::Base | LevelKind::Adaptive);
         self.entries.push(LevelEntry {
             kind,
@@ -243,7 +245,7 @@ impl Writer {
                 _ => UpdateRule::None,
             },
             vertices: surface.vertices - surface.virtuals,
-            faces: surface.faces() - virtual_faces,
+            faces: surface.real_faces(),
             error: container::round_error_up(self.errors.pop().unwrap_or_default()),
         });
         self.payloads.push(coder.finish());

@@ -36,6 +36,7 @@ struct Options {
     bits: Vec<u8>,
     tables: Vec<String>,
     runs: usize,
+    effort: String,
     write: bool,
 }
 
@@ -52,6 +53,7 @@ impl Options {
                 ["lattice", "sqrt3", "butterfly", "remesh", "exact"].map(String::from).to_vec()
             }),
             runs: arguments.value("--runs")?.unwrap_or(5).max(1),
+            effort: arguments.value("--effort")?.unwrap_or_else(|| "default".to_owned()),
             write: arguments.flag("--write"),
         };
         arguments.finish()?;
@@ -74,7 +76,7 @@ struct Subject {
 pub fn run(words: &[String]) -> Result<()> {
     let options = Options::parse(words)?;
     draco::set_up()?;
-    let ours = ours::Program::build()?;
+    let ours = ours::Program::build(&options.effort)?;
     let scratch = Scratch::new()?;
     let subjects = subjects(&options, &ours, &scratch)?;
     let mut text = report::opening(words);

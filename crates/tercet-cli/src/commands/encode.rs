@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use tercet::io::Format;
 use tercet::{EncodeOptions, Encoded, Limits, Mesh};
 
-use crate::args::{LevelScheme, UpdateRule};
+use crate::args::{Effort, LevelScheme, UpdateRule};
 use crate::console::Console;
 use crate::{Outcome, args, files, report};
 
@@ -31,6 +31,9 @@ pub struct EncodeArgs {
     /// How vertices of √3 and butterfly levels make up for the ones removed.
     #[arg(long, value_name = "RULE", default_value = "none")]
     pub update: UpdateRule,
+    /// How much work it may take to write and to read the file.
+    #[arg(long, default_value = "default")]
+    pub effort: Effort,
     /// The format of MESH [default: by its suffix].
     #[arg(long, value_parser = args::format)]
     pub format: Option<Format>,
@@ -43,6 +46,7 @@ pub fn encode(args: &EncodeArgs, limits: &Limits, console: &Console) -> Result<O
         bits: args.bits,
         keep_order: args.keep_order,
         update: args.update.into(),
+        effort: args.effort.into(),
         scheme: args.scheme.into(),
     };
     let encoded = encode_shown(&mesh, &options, console).with_context(|| files::name(&args.mesh))?;

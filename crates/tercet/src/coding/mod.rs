@@ -17,6 +17,8 @@ mod scale;
 mod shape;
 mod split;
 pub(crate) mod supplement;
+mod tabled;
+mod traversal;
 mod vector;
 
 pub(crate) use level::Levels;
