@@ -39,6 +39,8 @@ pub enum Command {
     Render(commands::RenderArgs),
     /// Put a mesh, its levels and what they cost on one page, with pictures.
     Report(commands::ReportArgs),
+    /// Resample a mesh to subdivision connectivity, which costs nothing to code.
+    Remesh(commands::RemeshArgs),
     /// Refine a mesh by subdivision.
     Subdivide(commands::SubdivideArgs),
     /// Show the levels of a mesh, cut the file off, decode and verify.

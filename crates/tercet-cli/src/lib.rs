@@ -57,6 +57,7 @@ pub fn run() -> ExitCode {
         Command::Render(args) => commands::render(args, &limits, &console),
         Command::Report(args) => commands::report(args, &limits, &console),
         Command::Compare(args) => commands::compare(args, &limits, &console),
+        Command::Remesh(args) => commands::remesh(args, &limits, &console),
         Command::Subdivide(args) => commands::subdivide(args, &limits, &console),
         Command::Demo(args) => commands::demo(args, &limits, &console),
         #[cfg(feature = "fetch")]

@@ -4,6 +4,7 @@
 //! measure convert MESH OUT.ply          positions and faces only
 //! measure refine MESH OUT.ply SCHEME STEPS NOISE   sqrt3 or butterfly steps, noise as a part of the
 //!                                                mean edge, vertices and faces shuffled
+//! measure remesh MESH OUT.ply LEVELS normal|relaxed   to √3 connectivity
 //! measure encode MESH.ply OUT.tct BITS EFFORT      BITS is a number or "exact"; fast, default or max
 //! measure decode FILE.tct
 //! ```
@@ -17,6 +18,7 @@ use std::fs;
 use std::path::Path;
 use std::time::Instant;
 use tercet::io::{self, Format};
+use tercet::remesh::{Goal, Placement, RemeshOptions};
 use tercet::{Effort, EncodeOptions, Limits, Mesh, Scheme};
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
@@ -25,6 +27,9 @@ fn main() -> Result<()> {
     let words: Vec<String> = std::env::args().skip(1).collect();
     match words.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["convert", mesh, out] => write(&read(mesh)?, out),
+        ["remesh", mesh, out, levels, placement] => {
+            remesh(&read(mesh)?, out, levels.parse()?, self::placement(placement)?)
+        }
         ["refine", mesh, out, scheme, steps, noise] => {
             write(&refine(&read(mesh)?, self::scheme(scheme)?, steps.parse()?, noise.parse()?)?, out)
         }
@@ -63,6 +68,25 @@ fn decode(file: &str) -> Result<()> {
     println!("peak_bytes={}", peak_bytes().saturating_sub(before));
     print_counts(&decoded);
     Ok(())
+}
+
+fn remesh(mesh: &Mesh, out: &str, levels: u32, placement: Placement) -> Result<()> {
+    let options = RemeshOptions { goal: Goal::Levels(levels), placement, ..RemeshOptions::default() };
+    let start = Instant::now();
+    let remeshed = tercet::remesh::remesh(mesh, &options, &Limits::default(), &mut |_| {})?;
+    println!("seconds={}", start.elapsed().as_secs_f64());
+    println!("base_vertices={}", remeshed.base_vertices);
+    println!("rms={}", remeshed.comparison.rms() / remeshed.comparison.diagonal);
+    println!("folded={}", remeshed.folded);
+    write(&remeshed.mesh, out)
+}
+
+fn placement(name: &str) -> Result<Placement> {
+    match name {
+        "normal" => Ok(Placement::Normal),
+        "relaxed" => Ok(Placement::Relaxed),
+        _ => Err("placements are normal and relaxed".into()),
+    }
 }
 
 /// Refines, then hides what would give the refinement away but the connectivity itself.

@@ -30,6 +30,8 @@ pub mod io;
 mod limits;
 mod mesh;
 pub mod metrics;
+#[cfg(feature = "remesh")]
+pub mod remesh;
 mod reverse;
 pub mod shapes;
 mod subdivide;

@@ -13,7 +13,7 @@ mod report;
 use crate::arguments::Arguments;
 use crate::process::root;
 use anyhow::{Context, Result, bail};
-use report::{ExactRow, LatticeRow};
+use report::{ExactRow, LatticeRow, RemeshedRow};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -23,6 +23,8 @@ const TIMED_VERTICES: u64 = 10_000;
 const BASE_VERTICES: u64 = 8_000;
 const REFINED_STEPS: u32 = 2;
 const REFINED_BITS: u8 = 12;
+/// Steps above the base of a remesh.
+const REMESH_LEVELS: u32 = 5;
 /// As parts of the mean edge; without noise, details are rounding only.
 const NOISE: [f32; 2] = [0.02, 0.0];
 /// Subdivision schemes: as a table's name and in its title.
@@ -47,9 +49,9 @@ impl Options {
             corpus: given.or_else(named).unwrap_or_else(|| root().join("../shared/models")),
             only: arguments.list("--only")?,
             bits: arguments.list("--bits")?.unwrap_or_else(|| vec![10, 12, 14]),
-            tables: arguments
-                .list("--tables")?
-                .unwrap_or_else(|| ["lattice", "sqrt3", "butterfly", "exact"].map(String::from).to_vec()),
+            tables: arguments.list("--tables")?.unwrap_or_else(|| {
+                ["lattice", "sqrt3", "butterfly", "remesh", "exact"].map(String::from).to_vec()
+            }),
             runs: arguments.value("--runs")?.unwrap_or(5).max(1),
             effort: arguments.value("--effort")?.unwrap_or_else(|| "default".to_owned()),
             write: arguments.flag("--write"),
@@ -92,6 +94,9 @@ pub fn run(words: &[String]) -> Result<()> {
              the mean edge and without; {REFINED_BITS} bits"
         );
         text += &report::lattice(&title, &rows);
+    }
+    if options.wants("remesh") {
+        text += &report::remeshed(&remeshed_rows(&subjects, &ours, &scratch)?);
     }
     if options.wants("exact") {
         text += &report::exact(&exact_rows(&subjects, &ours, &scratch)?);
@@ -201,6 +206,31 @@ fn lattice_row(
         encode_peak: encoded.peak_bytes,
         decode_peak: decoded.peak_bytes,
     })
+}
+
+/// The subjects after remeshing, by both placements; those that cannot be remeshed are left out.
+fn remeshed_rows(subjects: &[Subject], ours: &ours::Program, scratch: &Scratch) -> Result<Vec<RemeshedRow>> {
+    let (ply, tct, drc) = (scratch.file("remeshed.ply"), scratch.file("a.tct"), scratch.file("a.drc"));
+    let mut rows = Vec::new();
+    for placement in ["normal", "relaxed"] {
+        for subject in subjects {
+            let remeshed = match ours.remesh(&subject.ply, &ply, REMESH_LEVELS, placement) {
+                Ok(remeshed) => remeshed,
+                Err(error) => {
+                    println!("{}, {placement}: left out: {error:#}", subject.name);
+                    continue;
+                }
+            };
+            let mut size_ratios = [0.0; 2];
+            for (ratio, bits) in size_ratios.iter_mut().zip(report::REMESH_BITS) {
+                let bytes = ours.encode(&ply, &tct, Some(bits))?.bytes;
+                *ratio = bytes as f64 / draco::encode(&ply, &drc, Some(bits), 10)?.bytes as f64;
+            }
+            println!("{}, {placement}: {size_ratios:.3?} of Draco's size", subject.name);
+            rows.push(RemeshedRow { mesh: subject.name.clone(), placement, remeshed, size_ratios });
+        }
+    }
+    Ok(rows)
 }
 
 fn exact_rows(subjects: &[Subject], ours: &ours::Program, scratch: &Scratch) -> Result<Vec<ExactRow>> {

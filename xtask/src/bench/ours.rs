@@ -21,6 +21,15 @@ pub struct Encoded {
     pub peak_bytes: u64,
 }
 
+pub struct Remeshed {
+    pub vertices: u64,
+    pub base_vertices: u64,
+    /// Root mean square distance from the original, as a part of its diagonal.
+    pub rms: f64,
+    pub folded: u64,
+    pub seconds: f64,
+}
+
 pub struct Decoded {
     pub vertices: u64,
     pub faces: u64,
@@ -30,7 +39,8 @@ pub struct Decoded {
 
 impl Program {
     pub fn build(effort: &str) -> Result<Self> {
-        run(command("cargo", &["build", "--release", "--locked", "--package=tercet", "--example=measure"]))?;
+        let words = ["build", "--release", "--locked", "--package=tercet", "--features=remesh"];
+        run(command("cargo", &[&words[..], &["--example=measure"]].concat()))?;
         Ok(Program { path: target_dir()?.join("release/examples/measure"), effort: effort.to_owned() })
     }
 
@@ -53,6 +63,20 @@ impl Program {
         task.arg(mesh).arg(out).args([scheme, &steps.to_string(), &noise.to_string()]);
         let facts = Facts::of(&mut task)?;
         Ok((facts.number("vertices")?, facts.number("faces")?))
+    }
+
+    /// Remeshes to √3 connectivity.
+    pub fn remesh(&self, mesh: &Path, out: &Path, levels: u32, placement: &str) -> Result<Remeshed> {
+        let mut task = self.task("remesh");
+        task.arg(mesh).arg(out).args([&levels.to_string(), placement]);
+        let facts = Facts::of(&mut task)?;
+        Ok(Remeshed {
+            vertices: facts.number("vertices")?,
+            base_vertices: facts.number("base_vertices")?,
+            rms: facts.number("rms")?,
+            folded: facts.number("folded")?,
+            seconds: facts.number("seconds")?,
+        })
     }
 
     /// Encodes on a lattice of `bits` bits, or exactly.

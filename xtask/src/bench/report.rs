@@ -1,5 +1,6 @@
 //! The tables of `BENCHMARKS.md`.
 
+use super::ours::Remeshed;
 use crate::process::{capture, command};
 use std::fmt::Write;
 
@@ -28,6 +29,18 @@ impl LatticeRow {
     fn per_vertex(&self, amount: u64) -> f64 {
         amount as f64 / self.vertices as f64
     }
+}
+
+/// Bits of the lattices that remeshes are coded on.
+pub const REMESH_BITS: [u8; 2] = [12, 14];
+
+/// One mesh, remeshed to √3 connectivity.
+pub struct RemeshedRow {
+    pub mesh: String,
+    pub placement: &'static str,
+    pub remeshed: Remeshed,
+    /// Our bytes over those of Draco's level 10, by lattice.
+    pub size_ratios: [f64; 2],
 }
 
 /// One mesh, every bit of its coordinates kept.
@@ -116,6 +129,36 @@ pub fn lattice(title: &str, rows: &[LatticeRow]) -> String {
         mean(&|row| Some(row.per_vertex(row.encode_peak)), 0),
         mean(&|row| Some(row.per_vertex(row.decode_peak)), 0),
     )
+}
+
+/// The tables of remeshes, one a placement.
+pub fn remeshed(rows: &[RemeshedRow]) -> String {
+    let mut text = format!(
+        "\n## Remeshed to √3 connectivity\n\n\
+         \"error\" is the root mean square distance from the original, as a part of its diagonal; \"size\" our\n\
+         bytes over those of Draco's level 10 on the same remesh, on lattices of {} and {} bits.\n",
+        REMESH_BITS[0], REMESH_BITS[1],
+    );
+    for same in rows.chunk_by(|a, b| a.placement == b.placement) {
+        write!(
+            text,
+            "\n| {} | base | vertices | error | folded | seconds | size, {} bits | size, {} bits |\n\
+             |---|--:|--:|--:|--:|--:|--:|--:|\n",
+            same[0].placement, REMESH_BITS[0], REMESH_BITS[1],
+        )
+        .expect("a string takes every line");
+        for RemeshedRow { mesh, remeshed, size_ratios: [first, second], .. } in same {
+            let Remeshed { vertices, base_vertices, rms, folded, seconds } = remeshed;
+            writeln!(
+                text,
+                "| {mesh} | {base_vertices} | {vertices} | {rms:.1e} | {folded} | {seconds:.0} | {first:.3} | {second:.3} |",
+            )
+            .expect("a string takes every line");
+        }
+        let mean = |k: usize| geometric_mean(same.iter().map(|row| row.size_ratios[k])).unwrap_or(f64::NAN);
+        text += &format!("| *geometric mean* | | | | | | **{:.3}** | **{:.3}** |\n", mean(0), mean(1));
+    }
+    text
 }
 
 /// The table of exact coding.

@@ -8,6 +8,7 @@ mod encode;
 mod fetch;
 mod info;
 mod metrics;
+mod remesh;
 mod render;
 mod report;
 #[cfg(feature = "serve")]
@@ -25,6 +26,7 @@ pub use encode::{EncodeArgs, encode, encode_shown};
 pub use fetch::{FetchArgs, fetch};
 pub use info::{InfoArgs, info};
 pub use metrics::{MetricsArgs, metrics};
+pub use remesh::{RemeshArgs, remesh};
 pub use render::{RenderArgs, diagonal, render};
 pub use report::{ReportArgs, report};
 #[cfg(feature = "serve")]

@@ -6,6 +6,7 @@ mod demo;
 mod encode;
 mod info;
 mod metrics;
+mod remesh;
 mod render;
 mod report;
 mod subdivide;
@@ -165,6 +166,7 @@ fn help_and_version_are_answers() {
         "compare",
         "render",
         "report",
+        "remesh",
         "subdivide",
         "demo",
         "fetch",

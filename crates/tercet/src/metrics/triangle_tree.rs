@@ -90,6 +90,19 @@ impl TriangleTree {
         Some(Closest { face, point: sub(p, nearest.off), distance: nearest.square.sqrt() })
     }
 
+    /// The nearest point on those faces that `accept` takes, if it is nearer than `within`.
+    #[cfg(feature = "remesh")]
+    pub(crate) fn closest_among(
+        &self,
+        p: [f64; 3],
+        within: f64,
+        accept: impl Fn(u32) -> bool,
+    ) -> Option<Closest> {
+        let (triangle, nearest) = self.search_among(p, within * within, accept)?;
+        let face = self.faces[triangle as usize];
+        Some(Closest { face, point: sub(p, nearest.off), distance: nearest.square.sqrt() })
+    }
+
     /// The first point of the surface, of either side, that a ray meets; the boundaries of triangles
     /// belong to them.
     ///
@@ -127,8 +140,20 @@ impl TriangleTree {
     /// The triangle, numbered in the order of leaves, that is nearest to `p`. A `hint` that is near
     /// makes the search shorter.
     pub(super) fn search(&self, p: Vector, hint: Option<u32>) -> Option<(u32, Nearest)> {
-        let mut best = hint.map(|t| (t, self.nearest_on(p, t)));
-        let mut least = best.map_or(f64::INFINITY, |(_, nearest)| nearest.square);
+        let hint = hint.map(|t| (t, self.nearest_on(p, t)));
+        let least = hint.map_or(f64::INFINITY, |(_, nearest)| nearest.square);
+        self.search_among(p, least, |_| true).or(hint)
+    }
+
+    /// Of the triangles of faces that `accept` takes and whose squared distance from `p` is below `least`,
+    /// numbered in the order of leaves, the nearest.
+    fn search_among(
+        &self,
+        p: Vector,
+        mut least: f64,
+        accept: impl Fn(u32) -> bool,
+    ) -> Option<(u32, Nearest)> {
+        let mut best = None;
         let mut waiting = Stack::new();
         let square = |node: u32| self.nodes[node as usize].square_distance(p);
         if !self.nodes.is_empty() {
@@ -143,7 +168,7 @@ impl TriangleTree {
                 Content::Triangles(range) => {
                     for t in range {
                         let nearest = self.nearest_on(p, t);
-                        if nearest.square < least {
+                        if nearest.square < least && accept(self.faces[t as usize]) {
                             least = nearest.square;
                             best = Some((t, nearest));
                         }

@@ -22,7 +22,7 @@ pub enum Scheme {
 
 impl Scheme {
     /// Into how many a step divides a face.
-    fn growth(self) -> u64 {
+    pub(crate) fn growth(self) -> u64 {
         match self {
             Scheme::Sqrt3 => 3,
             Scheme::Butterfly => 4,
@@ -30,7 +30,7 @@ impl Scheme {
     }
 
     /// The step with this number, from 0.
-    fn kind(self, step: u32) -> StepKind {
+    pub(crate) fn kind(self, step: u32) -> StepKind {
         match self {
             Scheme::Sqrt3 if step.is_multiple_of(2) => StepKind::Sqrt3Even,
             Scheme::Sqrt3 => StepKind::Sqrt3Odd,
