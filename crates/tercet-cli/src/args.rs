@@ -33,6 +33,8 @@ pub enum Command {
     Verify(commands::VerifyArgs),
     /// Refine a mesh by subdivision.
     Subdivide(commands::SubdivideArgs),
+    /// Try ways to send a file over a lossy channel: what would viewers see, and when?
+    Simulate(commands::SimulateArgs),
     /// Show the levels of a mesh, cut the file off, decode and verify.
     Demo(commands::DemoArgs),
 }

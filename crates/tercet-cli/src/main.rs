@@ -1,10 +1,12 @@
 //! The `tercet` command: a thin skin over the library.
 
 mod args;
+mod channel;
 mod commands;
 mod console;
 mod feed;
 mod files;
+mod plot;
 mod report;
 mod table;
 
@@ -38,6 +40,7 @@ fn main() -> ExitCode {
         Command::Info(args) => commands::info(args, &limits, &console),
         Command::Verify(args) => commands::verify(args, &limits, &console),
         Command::Subdivide(args) => commands::subdivide(args, &limits, &console),
+        Command::Simulate(args) => commands::simulate(args, &limits, &console),
         Command::Demo(args) => commands::demo(args, &limits, &console),
     };
     match outcome {

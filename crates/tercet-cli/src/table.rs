@@ -7,11 +7,21 @@ pub struct Table {
 
 impl Table {
     pub fn new<const N: usize>(heads: [&str; N]) -> Self {
-        Table { rows: vec![heads.map(String::from).to_vec()] }
+        Table::with_heads(heads.map(String::from).to_vec())
+    }
+
+    /// A table whose columns are known only as it is made.
+    pub fn with_heads(heads: Vec<String>) -> Self {
+        Table { rows: vec![heads] }
     }
 
     pub fn row<const N: usize>(&mut self, cells: [String; N]) {
-        self.rows.push(cells.to_vec());
+        self.cells(cells.to_vec());
+    }
+
+    /// A row of as many cells as there are heads.
+    pub fn cells(&mut self, cells: Vec<String>) {
+        self.rows.push(cells);
     }
 
     /// The lines, without a line break after the last.

@@ -28,9 +28,12 @@ pub mod io;
 mod limits;
 mod mesh;
 mod metrics;
+mod random;
 mod reverse;
 pub mod shapes;
 mod subdivide;
+#[cfg(feature = "transport")]
+pub mod transport;
 pub mod verify;
 
 pub use decode::{Decoder, Info, Level, LevelInfo, decode};

@@ -4,6 +4,7 @@ mod decode;
 mod demo;
 mod encode;
 mod info;
+mod simulate;
 mod subdivide;
 mod verify;
 
@@ -11,5 +12,6 @@ pub use decode::{DecodeArgs, decode};
 pub use demo::{DemoArgs, demo};
 pub use encode::{EncodeArgs, encode};
 pub use info::{InfoArgs, info};
+pub use simulate::{SimulateArgs, simulate};
 pub use subdivide::{SubdivideArgs, subdivide};
 pub use verify::{VerifyArgs, verify};

@@ -4,6 +4,7 @@ mod decode;
 mod demo;
 mod encode;
 mod info;
+mod simulate;
 mod subdivide;
 mod verify;
 
@@ -140,7 +141,7 @@ fn help_and_version_are_answers() {
     let folder = Folder::new("help");
     assert!(folder.good("--version").starts_with("tercet "));
     let help = folder.good("--help");
-    for command in ["encode", "decode", "info", "verify", "subdivide", "demo"] {
+    for command in ["encode", "decode", "info", "verify", "subdivide", "simulate", "demo"] {
         assert!(help.contains(command), "{command} is not in:\n{help}");
         assert!(folder.good(&format!("{command} --help")).contains("Usage: tercet"));
     }
