@@ -108,6 +108,9 @@ pub(super) struct Runs {
     pub(super) anywhere: Table,
     /// Of runs that follow a packet that arrived.
     pub(super) following: Table,
+    /// Whether the oldest packet in flight, or else the next one, follows a packet that is known to
+    /// have arrived: the highest that a report has heard of.
+    pub(super) heard: bool,
 }
 
 impl Runs {
@@ -116,7 +119,12 @@ impl Runs {
         let arrived = [0, 1].map(|state| begin[state] * (1.0 - channel.lost[state]));
         let sum = arrived[GOOD] + arrived[BAD];
         let after = channel.stepped(arrived.map(|p| p / sum));
-        Runs { channel, anywhere: Table::new(channel, begin), following: Table::new(channel, after) }
+        Runs {
+            channel,
+            anywhere: Table::new(channel, begin),
+            following: Table::new(channel, after),
+            heard: false,
+        }
     }
 
     /// The part of all packets that is lost.

@@ -59,13 +59,12 @@ fn waiting(demands: &[Demand], window: u64) -> f64 {
 /// The best number of repairs for a block.
 fn best(demand: &Demand, waiting: f64, later: f64, window: u64, runs: &mut Runs) -> u32 {
     let affordable = needed_bytes(demand) + window;
-    let (mut wasted, mut best, mut most) = (0.0, 0, f64::NEG_INFINITY);
-    for choice in choices(demand, affordable, false, runs) {
+    let (mut wasted, mut best, mut most, mut chance) = (0.0, 0, f64::NEG_INFINITY, 0.0);
+    for choice in choices(demand, affordable, runs.heard, runs) {
         let Some(repairs) = choice.packets.checked_sub(demand.deficit()) else { continue };
         let worth = choice.chance * window as f64 * waiting - f64::from(demand.bytes) * wasted * later;
-        let below_floor = most > f64::NEG_INFINITY && choice.chance < demand.floor;
-        if worth > most || below_floor {
-            (best, most) = (repairs, worth);
+        if worth > most || chance < demand.floor {
+            (best, most, chance) = (repairs, worth, choice.chance);
         }
         wasted += choice.chance;
     }

@@ -6,9 +6,9 @@
 //! g₁P₁ + g₂P₁P₂ + g₃P₁P₂P₃ + …, which splits after any block: the best use of a budget by blocks
 //! k, k + 1, … does not depend on the blocks before. That makes dynamic programming over blocks
 //! and what is left of the budget exact, up to the unit in which the budget is counted. P is exact
-//! for the channel of Gilbert and Elliott ([`Runs`]), given that the block before arrived, in whose wake
-//! a block's first packets are sent. The model's simplification is that packets in flight and repairs
-//! lie far enough apart from these to be lost independently of them.
+//! for the channel of Gilbert and Elliott ([`Runs`]), given that the packets before arrived, in whose wake
+//! a block's own are sent. The model's simplification is that repairs lie far enough apart from these to
+//! be lost independently of them.
 
 use super::loss::Runs;
 
@@ -38,7 +38,7 @@ pub(super) struct Demand {
     /// What is gained when it, and all before it, are complete.
     pub(super) gain: f64,
     /// The probability of being complete that it is given if the budget allows, whatever it gains.
-    /// Only the protection that looks for an optimum heeds it.
+    /// Strategies without redundancy, or with the same for all blocks, pass over it.
     pub(super) floor: f64,
 }
 
@@ -52,9 +52,9 @@ impl Demand {
 /// A probability of failure that is as good as none.
 const CERTAIN: f64 = 1.0 - 1e-6;
 /// Units in which the budget is counted, about: decides time and precision.
-const UNITS: u64 = 2000;
+const UNITS: u64 = 4000;
 /// Finest unit: parts of the largest packet.
-const PARTS: u64 = 16;
+const PARTS: u64 = 256;
 
 /// A number of packets for a block and the probability that it can be decoded then.
 #[derive(Clone, Copy)]
@@ -65,7 +65,7 @@ pub(super) struct Choice {
 
 /// The choices for a block: none, then its deficit and more, up to certainty or the budget's end.
 ///
-/// `follows`: whether its first packets are sent right after those of another block, which arrive.
+/// `follows`: whether its packets are sent right after others that arrive.
 /// The packets before the repairs are convolved once; each number of repairs takes linear time.
 pub(super) fn choices(demand: &Demand, budget: u64, follows: bool, runs: &mut Runs) -> Vec<Choice> {
     let deficit = demand.deficit();
@@ -96,8 +96,8 @@ pub(super) fn choices(demand: &Demand, budget: u64, follows: bool, runs: &mut Ru
 /// The probabilities that 0, 1, … packets arrive of those pending and of new ones together.
 fn convolved(pending: usize, new: usize, follows: bool, runs: &mut Runs) -> Vec<f64> {
     let mut sum = vec![0.0; pending + new + 1];
-    let first = runs.anywhere.received(pending).to_vec();
     let table = if follows { &mut runs.following } else { &mut runs.anywhere };
+    let first = table.received(pending).to_vec();
     for (j, p) in table.received(new).iter().enumerate() {
         // What hardly ever happens need not be followed up.
         if *p > 1e-12 {
@@ -111,10 +111,10 @@ fn convolved(pending: usize, new: usize, follows: bool, runs: &mut Runs) -> Vec<
 ///
 /// Takes time O(n²) in a block's packets, once for each `runs`.
 pub(super) fn expected(demands: &[Demand], packets: &[u32], runs: &mut Runs) -> f64 {
-    let (mut value, mut chance, mut follows) = (0.0, 1.0, false);
+    let (mut value, mut chance, mut follows) = (0.0, 1.0, runs.heard);
     for (demand, &packets) in demands.iter().zip(packets) {
         let known = choices(demand, u64::from(packets) * u64::from(demand.bytes), follows, runs);
-        follows = demand.deficit() > 0;
+        follows |= demand.deficit() + demand.pending > 0;
         chance *= known.last().map_or(0.0, |choice| choice.chance);
         value += chance * demand.gain;
     }
@@ -124,7 +124,7 @@ pub(super) fn expected(demands: &[Demand], packets: &[u32], runs: &mut Runs) -> 
 /// New packets for each of `demands`, the incomplete blocks in the order of the file, that cost at
 /// most `budget` bytes. Blocks after one that gets too few are given none.
 ///
-/// Takes time O(blocks · budget · choices), the budget counted in some 2 000 units.
+/// Takes time O(blocks · budget · choices), the budget counted in some 4 000 units.
 pub(super) fn plan(strategy: Strategy, demands: &[Demand], budget: u64, runs: &mut Runs) -> Vec<u32> {
     match strategy {
         Strategy::None => shared(demands, budget, 0.0),
@@ -248,10 +248,10 @@ fn optimal(demands: &[Demand], budget: u64, runs: &mut Runs) -> Vec<u32> {
 
 /// The choices of each block as far as the budget reaches when none is lost; beyond, only "none".
 fn affordable_choices(demands: &[Demand], budget: u64, runs: &mut Runs) -> Vec<Vec<Choice>> {
-    let (mut left, mut follows) = (budget, false);
+    let (mut left, mut follows) = (budget, runs.heard);
     let choices = demands.iter().map(|demand| {
         let choices = choices(demand, left, follows, runs);
-        follows = demand.deficit() > 0;
+        follows |= demand.deficit() + demand.pending > 0;
         left = left.saturating_sub(u64::from(demand.deficit()) * u64::from(demand.bytes));
         choices
     });

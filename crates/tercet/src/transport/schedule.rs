@@ -172,7 +172,8 @@ impl Schedule {
 
     pub(super) fn set_conditions(&mut self, conditions: Conditions) {
         if conditions.loss != self.settings.conditions.loss {
-            self.runs = Runs::new(conditions.loss);
+            let heard = self.runs.heard;
+            self.runs = Runs { heard, ..Runs::new(conditions.loss) };
         }
         self.stale |= conditions != self.settings.conditions;
         self.settings.conditions = conditions;
@@ -192,6 +193,7 @@ impl Schedule {
             self.blocks[flight.block].pending -= 1;
             self.stale = true;
         }
+        self.runs.heard = report.heard > 0;
         let done = usize::from(report.done).min(self.blocks.len());
         for block in &mut self.blocks[..done] {
             self.stale |= !block.complete;
@@ -239,6 +241,8 @@ impl Schedule {
         while let Some(flight) = self.flights.pop_front_if(|flight| flight.sent + patience < now) {
             self.blocks[flight.block].pending -= 1;
             self.stale = true;
+            // So long after the last arrival nothing is known of the channel.
+            self.runs.heard = false;
         }
     }
 

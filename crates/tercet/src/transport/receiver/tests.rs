@@ -73,10 +73,10 @@ fn forged_packets_cannot_spoil_a_file() {
     };
     for block in 0..source.blocks.count() {
         let length = source.blocks.bytes(source.file(), block).len();
-        receiver.push(&forged(block, length, 0));
         for other in [3, 2000, 4000, 90_000, 300_000] {
             receiver.push(&forged(block, other, 1));
         }
+        receiver.push(&forged(block, length, 0));
     }
     assert_eq!(receiver.push(&forged(60_000, 7, 0)), Received::Kept, "no manifest says better yet");
     let mut refuted = 0;
@@ -121,7 +121,7 @@ fn memory_is_bounded() {
 /// its bound, and in the end the true packets still complete the file.
 #[test]
 fn mangled_packets_do_no_harm() {
-    let count = std::env::var("TERCET_MANGLED").ok().and_then(|n| n.parse().ok()).unwrap_or(100_000);
+    let count = std::env::var("TERCET_MANGLED").ok().and_then(|n| n.parse().ok()).unwrap_or(20_000);
     let (source, packets) = packets(1500, 4);
     let limits = Limits { max_memory: 200_000 };
     let mut receiver = Receiver::new(source.id(), limits);
