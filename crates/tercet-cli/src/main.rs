@@ -6,6 +6,7 @@ mod commands;
 mod console;
 mod feed;
 mod files;
+mod input;
 mod plot;
 mod report;
 mod table;
@@ -39,6 +40,7 @@ fn main() -> ExitCode {
         Command::Decode(args) => commands::decode(args, &limits, &console),
         Command::Info(args) => commands::info(args, &limits, &console),
         Command::Verify(args) => commands::verify(args, &limits, &console),
+        Command::Metrics(args) => commands::metrics(args, &limits, &console),
         Command::Subdivide(args) => commands::subdivide(args, &limits, &console),
         Command::Simulate(args) => commands::simulate(args, &limits, &console),
         Command::Demo(args) => commands::demo(args, &limits, &console),

@@ -86,6 +86,11 @@ pub fn error(error: f32) -> String {
     format!("{percent:.*} %", digits as usize)
 }
 
+/// A signal-to-noise ratio.
+pub fn decibels(ratio: f64) -> String {
+    if ratio.is_finite() { format!("{ratio:.2} dB") } else { "infinite: no difference".into() }
+}
+
 /// What a file keeps of positions.
 pub fn precision(precision: &Precision) -> String {
     match precision {

@@ -1,7 +1,7 @@
 //! From a file to a mesh, as its bytes arrive.
 
-use crate::coding::Levels;
 use crate::coding::supplement::{self, Supplements};
+use crate::coding::{Levels, Point};
 use crate::container::{self, Header, LevelEntry, LevelKind, Outline, Part, Reader, Supplement, UpdateRule};
 use crate::entropy::{self, Coder};
 use crate::mesh::Mesh;
@@ -32,7 +32,7 @@ pub struct Info {
 pub struct LevelInfo {
     /// 0 is the base.
     pub level: u32,
-    /// "base", "adaptive" or "sqrt3".
+    /// "base", "adaptive", "sqrt3" or "butterfly".
     pub kind: &'static str,
     /// How its details moved the vertices of the level below.
     pub update: Update,
@@ -56,6 +56,7 @@ impl Info {
                 LevelKind::Base => "base",
                 LevelKind::Adaptive => "adaptive",
                 LevelKind::Sqrt3Even | LevelKind::Sqrt3Odd => "sqrt3",
+                LevelKind::Butterfly => "butterfly",
             },
             update: rule(entry),
             vertices: entry.vertices,
@@ -101,8 +102,16 @@ fn rule(entry: &LevelEntry) -> Update {
 pub struct Level {
     /// 0 is the base.
     pub level: u32,
-    /// The mesh at this level.
+    /// The mesh at this level. Its first [`kept`](Level::kept) vertices are those of the level below,
+    /// in their order, unless sections that restore the original have renumbered them.
     pub mesh: Mesh,
+    /// How many vertices this level keeps of the level below (the even ones); the further ones are new
+    /// (odd). 0 for the base.
+    pub kept: u32,
+    /// The level without its details: where each vertex of `mesh` lies if nothing but the level below
+    /// and this level's connectivity is known. Only where [`Decoder::keep_predictions`] asked for it;
+    /// never for the base, nor for a finest level that further sections have restored.
+    pub predicted: Option<Vec<[f32; 3]>>,
     /// Whether every section of the file has arrived, so that `mesh` is the original (under the
     /// precision that the file states).
     pub restored: bool,
@@ -127,6 +136,11 @@ pub struct Decoder {
     reader: Reader,
     levels: Levels,
     supplements: Supplements,
+    keeps_predictions: bool,
+    /// Vertices of the level below the current one.
+    kept: u32,
+    /// The current level without its details, if that is asked for.
+    predicted: Option<Vec<Point>>,
 }
 
 impl Decoder {
@@ -137,7 +151,15 @@ impl Decoder {
             reader: Reader::new(limits),
             levels: Levels::new(),
             supplements: Supplements::default(),
+            keeps_predictions: false,
+            kept: 0,
+            predicted: None,
         }
+    }
+
+    /// Whether levels shall come with [`Level::predicted`], at 24 bytes for each vertex. Default: no.
+    pub fn keep_predictions(&mut self, keep: bool) {
+        self.keeps_predictions = keep;
     }
 
     /// Takes the next bytes of the file, any number of them.
@@ -157,7 +179,10 @@ impl Decoder {
     pub fn next_level(&mut self) -> Result<Option<Level>> {
         let Some(Reached { level, restored }) = self.advance()? else { return Ok(None) };
         let mesh = self.mesh(restored).map_err(|error| self.reader.refuse(error))?;
-        Ok(Some(Level { level, mesh, restored }))
+        let predicted = self.predicted.take();
+        let precision = &self.outline()?.precision;
+        let predicted = predicted.map(|points| supplement::coordinates(&points, precision));
+        Ok(Some(Level { level, mesh, kept: self.kept, predicted, restored }))
     }
 
     /// Decodes the next level whose bytes have arrived, without making a mesh of it.
@@ -179,6 +204,13 @@ impl Decoder {
             }
         }
         Ok(None)
+    }
+
+    /// After an [`Error::Checksum`]: forgets the damaged section, so that its bytes may be pushed
+    /// anew, and returns how many bytes of the file stand before it. What was decoded stays.
+    /// `None` after any other fault, and without one.
+    pub fn discard_damaged(&mut self) -> Option<u64> {
+        self.reader.discard_damaged()
     }
 
     /// Whether the whole file has arrived.
@@ -213,8 +245,12 @@ impl Decoder {
             LevelKind::Adaptive => StepKind::Adaptive,
             LevelKind::Sqrt3Even => StepKind::Sqrt3Even,
             LevelKind::Sqrt3Odd => StepKind::Sqrt3Odd,
+            LevelKind::Butterfly => StepKind::Butterfly,
         };
+        let coarse = &self.levels.surface;
+        self.kept = coarse.vertices - coarse.virtuals;
         let step = self.levels.connectivity(coder, kind, Vec::new(), Vec::new(), entry.vertices as u64)?;
+        self.predicted = self.keeps_predictions.then(|| self.levels.without_details(&step));
         self.levels.positions(coder, step, &[], rule(&entry));
         Ok(())
     }

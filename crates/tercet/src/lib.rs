@@ -3,7 +3,8 @@
 //! [`encode()`] turns a [`Mesh`] into the bytes of a `.tct` file: a base mesh and levels that refine it.
 //! [`decode()`] gives the mesh back; a [`Decoder`] takes the bytes in portions, any number of them, and
 //! hands out each [`Level`] as soon as it is complete. [`io`] reads and writes other formats,
-//! [`verify`] compares meshes, [`shapes`] generates some, [`subdivide()`] refines them.
+//! [`verify`] says whether two meshes are equal, [`metrics`] how far apart they are, [`shapes`]
+//! generates some, [`subdivide()`] refines them.
 //!
 //! ```
 //! use tercet::{EncodeOptions, Limits, decode, encode, shapes};
@@ -27,8 +28,7 @@ mod error;
 pub mod io;
 mod limits;
 mod mesh;
-mod metrics;
-mod random;
+pub mod metrics;
 mod reverse;
 pub mod shapes;
 mod subdivide;
@@ -41,7 +41,8 @@ pub use encode::{EncodeOptions, Encoded, Progress, encode, encode_with};
 pub use error::{Error, Result};
 pub use limits::Limits;
 pub use mesh::{Mesh, Precision};
-pub use subdivide::{Update, subdivide};
+pub use reverse::LevelScheme;
+pub use subdivide::{Scheme, Update, subdivide};
 
 /// The README's Rust is compiled and run with the documentation's.
 #[cfg(doctest)]

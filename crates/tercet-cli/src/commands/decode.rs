@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::{Result, bail};
 use tercet::io::Format;
-use tercet::{Info, Level, Limits};
+use tercet::{Info, Level, Limits, Precision};
 
 use crate::args::Goal;
 use crate::console::Console;
@@ -53,6 +53,10 @@ pub fn decode(args: &DecodeArgs, limits: &Limits, console: &Console) -> Result<O
     files::write_mesh(&best.mesh, &output, format, console)?;
     let reached = describe(&best, &info);
     if is_enough(&best, &info, &args.goal) || args.goal.bytes == Some(feed.bytes) {
+        if let Some(most) = args.goal.max_error.filter(|&most| best.restored && !is_within(&info, most)) {
+            let asked = report::error(most);
+            console.warn(&name, &format!("no level's error is at most {asked}; decoded {reached}"));
+        }
         console.report(&format!("{}: {reached}", output.display()), &output)?;
         return Ok(Outcome::Good);
     }
@@ -91,6 +95,12 @@ fn is_enough(level: &Level, info: &Info, goal: &Goal) -> bool {
         || !is_finest
             && (goal.level == Some(level.level)
                 || goal.max_error.is_some_and(|most| info.levels[level.level as usize].error <= most))
+}
+
+/// Whether the whole mesh is within `most` of the original: exact files are.
+fn is_within(info: &Info, most: f32) -> bool {
+    let rounded = matches!(info.precision, Precision::Lattice { .. });
+    !rounded || info.levels.last().is_none_or(|finest| finest.error <= most)
 }
 
 /// "level 3 of 0 to 7, 512 vertices, 1020 faces, error 0.5 %".

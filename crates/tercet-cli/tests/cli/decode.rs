@@ -77,6 +77,15 @@ fn a_greatest_error_gives_the_coarsest_level_that_meets_it() {
 }
 
 #[test]
+fn an_error_that_no_level_meets_is_remarked_on() {
+    let (folder, _) = encoded("decode-unmet");
+    folder.good("encode scan.ply -o coarse.tct --bits 6");
+    let run = folder.run("decode coarse.tct -o all.ply --max-error 1e-7");
+    assert_eq!(run.status, 0);
+    assert!(run.err.starts_with("warning: coarse.tct: no level's error is at most"), "{}", run.err);
+}
+
+#[test]
 fn a_truncated_file_gives_its_best_level_a_warning_and_status_3() {
     let (folder, info) = encoded("decode-truncated");
     let whole = folder.read("scan.tct");

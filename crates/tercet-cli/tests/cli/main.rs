@@ -4,6 +4,7 @@ mod decode;
 mod demo;
 mod encode;
 mod info;
+mod metrics;
 mod simulate;
 mod subdivide;
 mod verify;
@@ -141,7 +142,7 @@ fn help_and_version_are_answers() {
     let folder = Folder::new("help");
     assert!(folder.good("--version").starts_with("tercet "));
     let help = folder.good("--help");
-    for command in ["encode", "decode", "info", "verify", "subdivide", "simulate", "demo"] {
+    for command in ["encode", "decode", "info", "verify", "metrics", "subdivide", "simulate", "demo"] {
         assert!(help.contains(command), "{command} is not in:\n{help}");
         assert!(folder.good(&format!("{command} --help")).contains("Usage: tercet"));
     }

@@ -2,43 +2,82 @@
 //!
 //! Edges are coded in the order of their first corners. New vertices lie where they are
 //! predicted, so that the angles that a flip would make are known; which flips remain possible
-//! and which valences they lead to are known exactly.
+//! and which valences they lead to are known exactly. The geometry depends on no flip, so that it
+//! is computed for all edges at once, before the first bit.
 
 use super::model::BitModel;
-use super::vector::{Point, cross, dot, length, sub};
+use super::shape::Shapes;
+use super::vector::{Point, dot, sub};
 use crate::entropy::{Coder, log2_fixed};
 use crate::mesh::{Surface, next, prev};
 
 /// The models of flip bits; they live as long as the file.
 pub(crate) struct FlipModels {
-    bits: BitModel<8>,
+    bits: BitModel<6>,
 }
 
-/// Valences are expected in 1/20; an undecided edge counts as flipped with this probability.
-const UNIT: i32 = 20;
-const PRIOR: i32 = 17;
+/// Valences are expected in 1/32; an undecided edge counts as flipped with this probability.
+const UNIT: i32 = 32;
+const PRIOR: i32 = 27;
 
-/// Outcomes so far at a face.
-#[derive(Clone, Copy, Default)]
-struct Turned {
-    flips: u8,
-    stays: u8,
+/// Cotangents, in 1/256, are held within ± this.
+const COTANGENT_LIMIT: i32 = 1 << 16;
+
+/// A face: whether it is split, and the outcomes of its edges so far.
+#[derive(Clone, Copy)]
+struct Turned(u8);
+
+impl Turned {
+    const SPLIT: u8 = 0x80;
+    const FLIP: u8 = 4;
+    const STAY: u8 = 1;
+
+    #[inline(always)]
+    fn is_split(self) -> bool {
+        self.0 & Self::SPLIT != 0
+    }
+
+    #[inline(always)]
+    fn flips(self) -> i32 {
+        (self.0 / Self::FLIP & 3) as i32
+    }
+
+    /// An unsplit face turns with one flip at most.
+    #[inline(always)]
+    fn is_blocked(self) -> bool {
+        !self.is_split() && self.flips() > 0
+    }
+
+    /// 0..15 in a split face: four times its flips and its stays; 15 in another.
+    #[inline(always)]
+    fn outcomes(self) -> usize {
+        if self.is_split() { (self.0 & 15) as usize } else { 15 }
+    }
+}
+
+/// An edge beside a split face, by its first corner, and what does not depend on flips.
+#[derive(Clone, Copy)]
+struct Candidate {
+    corner: u32,
+    /// Only one of its faces is split.
+    one: bool,
+    /// An end or an apex is virtual.
+    any_virtual: bool,
+    /// Bin of the sum of the cotangents that face the edge: Delaunay edges turn where it is negative.
+    angle: u8,
+    /// Bin of the ratio of the two diagonals.
+    ratio: u8,
 }
 
 struct State<'a> {
     surface: &'a Surface,
-    /// Positions of the coarse vertices, then of the new ones as predicted.
-    positions: &'a [Point],
-    split: &'a [bool],
-    /// The new vertex of each split face.
-    inserted: Vec<u32>,
     turned: Vec<Turned>,
     expected: Vec<i32>,
 }
 
 impl FlipModels {
     pub fn new() -> Self {
-        FlipModels { bits: BitModel::new([128, 512, 2048, 1024, 1024, 4096, 1024, 4096], 64, 260) }
+        FlipModels { bits: BitModel::new([512, 2048, 1024, 4096, 1024, 4096], 64, 260) }
     }
 
     /// Codes `flip`, one entry a corner, equal on both sides of an edge; time O(n).
@@ -48,149 +87,155 @@ impl FlipModels {
         &mut self,
         coder: &mut C,
         surface: &Surface,
+        shapes: &Shapes,
         positions: &[Point],
         split: &[bool],
         flip: &mut [bool],
     ) {
-        let mut state = State::new(surface, positions, split);
-        for c in 0..surface.vertex.len() as u32 {
+        let (candidates, mut state) = survey(surface, shapes, positions, split);
+        for candidate in candidates {
+            let c = candidate.corner;
             let o = surface.across(c);
-            if c > o || !state.is_candidate(c) {
-                continue;
-            }
-            let blocked = |c: u32| !split[(c / 3) as usize] && state.turned[(c / 3) as usize].flips > 0;
-            let bit = !blocked(c) && !blocked(o) && {
-                let (set, contexts) = state.contexts(c);
+            let turned = [c, o].map(|c| state.turned[(c / 3) as usize]);
+            let bit = !turned[0].is_blocked() && !turned[1].is_blocked() && {
+                let (set, contexts) = state.contexts(candidate, [c, o], turned);
                 self.bits.code(coder, flip[c as usize], set, contexts)
             };
             flip[c as usize] = bit;
             flip[o as usize] = bit;
-            state.decide(c, bit);
+            state.decide([c, o], bit);
         }
     }
 }
 
-impl<'a> State<'a> {
-    fn new(surface: &'a Surface, positions: &'a [Point], split: &'a [bool]) -> Self {
-        let mut count = surface.vertices;
-        let inserted = split
-            .iter()
-            .map(|&s| {
-                count += s as u32;
-                count.wrapping_sub(1)
-            })
-            .collect();
-        let mut expected: Vec<i32> =
-            surface.valences().iter().map(|&v| (v as i32).min(1 << 20) * UNIT).collect();
-        let mut state = State {
-            surface,
-            positions,
-            split,
-            inserted,
-            turned: vec![Turned::default(); split.len()],
-            expected: Vec::new(),
-        };
-        for c in 0..surface.vertex.len() as u32 {
-            if split[(c / 3) as usize] {
-                expected[surface.at(c) as usize] += UNIT;
-            } else if state.is_candidate(c) {
-                expected[surface.at(c) as usize] += PRIOR;
+/// Finds the candidates with their geometry, and the valences to expect before the first bit.
+fn survey<'a>(
+    surface: &'a Surface,
+    shapes: &Shapes,
+    positions: &[Point],
+    split: &[bool],
+) -> (Vec<Candidate>, State<'a>) {
+    let mut candidates = Vec::with_capacity(surface.vertex.len() / 2);
+    let mut expected: Vec<i32> = shapes.vertex.iter().map(|v| v.valence.min(1 << 20) as i32 * UNIT).collect();
+    let mut inserted = surface.vertices;
+    let new: Vec<u32> = split
+        .iter()
+        .map(|&s| {
+            inserted += s as u32;
+            inserted.wrapping_sub(1)
+        })
+        .collect();
+    let apex = |f: u32, v: u32| if split[f as usize] { new[f as usize] } else { v };
+    for f in 0..surface.faces() {
+        let face = surface.face(f);
+        let is_split = split[f as usize];
+        for k in 0..3 {
+            let o = surface.across(3 * f + k);
+            let g = o / 3;
+            let v = face[k as usize];
+            if !is_split && !split[g as usize] {
+                continue;
             }
-            if c < surface.across(c) && state.is_candidate(c) {
-                expected[surface.at(next(c)) as usize] -= PRIOR;
-                expected[surface.at(prev(c)) as usize] -= PRIOR;
+            expected[v as usize] += if is_split { UNIT } else { PRIOR };
+            if 3 * f + k > o {
+                continue;
             }
+            let ends = [face[(k as usize + 1) % 3], face[(k as usize + 2) % 3]];
+            for v in ends {
+                expected[v as usize] -= PRIOR;
+            }
+            let apexes = [apex(f, v), apex(g, surface.at(o))];
+            let any_virtual = ends.iter().chain(&apexes).any(|&v| surface.is_virtual(v));
+            let [angle, ratio] = if any_virtual {
+                [16, 8]
+            } else {
+                let [x, y] = ends.map(|v| positions[v as usize]);
+                let cotangent = |f: u32, p: Point| {
+                    match shapes.face[f as usize] {
+                        // A new vertex lies near the barycentre: it faces a third of the area.
+                        face if !face.is_virtual() => {
+                            face.inverse.ratio(dot(sub(x, p), sub(y, p)), split[f as usize])
+                        }
+                        // … or, in a virtual face, near the middle of the edge.
+                        _ => -COTANGENT_LIMIT,
+                    }
+                };
+                let [p, q] = apexes.map(|v| positions[v as usize]);
+                [angle(cotangent(f, p) + cotangent(g, q)), ratio([x, y], [p, q])]
+            };
+            let one = !(is_split && split[g as usize]);
+            candidates.push(Candidate { corner: 3 * f + k, one, any_virtual, angle, ratio });
         }
-        state.expected = expected;
-        state
     }
+    let turned = split.iter().map(|&s| Turned(if s { Turned::SPLIT } else { 0 })).collect();
+    (candidates, State { surface, turned, expected })
+}
 
-    fn is_candidate(&self, c: u32) -> bool {
-        self.split[(c / 3) as usize] || self.split[(self.surface.across(c) / 3) as usize]
-    }
+/// 32 bins of a sum of cotangents in 1/256, zero in the middle.
+#[inline(always)]
+fn angle(sum: i32) -> u8 {
+    let sum = sum.clamp(-COTANGENT_LIMIT, COTANGENT_LIMIT);
+    let squashed = (sum << 8) / (256 + ((90 * sum.abs()) >> 8));
+    (((10 * squashed) >> 8) + 16).clamp(0, 31) as u8
+}
 
-    /// The vertex that faces the edge after splitting.
-    fn apex(&self, c: u32) -> u32 {
-        let f = (c / 3) as usize;
-        if self.split[f] { self.inserted[f] } else { self.surface.at(c) }
-    }
+/// 16 bins of the ratio of two lengths, two an octave.
+#[inline(always)]
+fn ratio(edge: [Point; 2], other: [Point; 2]) -> u8 {
+    let square = |[a, b]: [Point; 2]| {
+        let e = sub(a, b);
+        log2_fixed(dot(e, e) as u64 + 1, 5)
+    };
+    (((2 * (square(edge) - square(other))) >> 5) + 8).clamp(0, 15) as u8
+}
 
+impl State<'_> {
     /// The valence to expect at an apex, but for this edge.
-    fn apex_valence(&self, c: u32) -> i32 {
-        let f = (c / 3) as usize;
-        if self.split[f] {
-            UNIT * (3 + self.turned[f].flips as i32)
+    #[inline(always)]
+    fn apex_valence(&self, c: u32, turned: Turned) -> i32 {
+        if turned.is_split() {
+            UNIT * (3 + turned.flips())
         } else {
             self.expected[self.surface.at(c) as usize] - PRIOR
         }
     }
 
-    fn contexts(&self, c: u32) -> (usize, [usize; 8]) {
-        let o = self.surface.across(c);
-        let (x, y) = (self.surface.at(next(c)), self.surface.at(prev(c)));
-        let (p, q) = (self.apex(c), self.apex(o));
-        let both = self.split[(c / 3) as usize] && self.split[(o / 3) as usize];
-        let any_virtual = [x, y, p, q].iter().any(|&v| self.surface.is_virtual(v));
-        let kind = !both as usize + 2 * any_virtual as usize;
-        let (angle, ratio) = if any_virtual { (16, 8) } else { self.geometry(x, y, p, q) };
-        let ends = [x, y].map(|v| self.expected[v as usize] + PRIOR);
+    #[inline(always)]
+    fn contexts(&self, candidate: Candidate, [c, o]: [u32; 2], turned: [Turned; 2]) -> (usize, [usize; 6]) {
+        let one = candidate.one as usize;
+        let kind = one + 2 * candidate.any_virtual as usize;
+        let (angle, ratio) = (candidate.angle as usize, candidate.ratio as usize);
+        let ends = [next(c), prev(c)].map(|c| self.expected[self.surface.at(c) as usize] + PRIOR);
         let bin = |e: i32| ((e * 3 / 2 - 3 * UNIT) / UNIT).clamp(0, 15) as usize;
         let (low, high) = (bin(ends[0].min(ends[1])), bin(ends[0].max(ends[1])));
-        let apexes = [c, o].map(|c| self.apex_valence(c));
+        let apexes = [self.apex_valence(c, turned[0]), self.apex_valence(o, turned[1])];
         let bin = |e: i32| ((e - 2 * UNIT) / UNIT).clamp(0, 7) as usize;
         let (near, far) = (bin(apexes[0].min(apexes[1])), bin(apexes[0].max(apexes[1])));
-        let outcomes = |c: u32| {
-            let f = (c / 3) as usize;
-            let t = self.turned[f];
-            if self.split[f] { 4 * t.flips.min(3) as usize + t.stays.min(3) as usize } else { 15 }
-        };
-        let (s, t) = (outcomes(c).min(outcomes(o)), outcomes(c).max(outcomes(o)));
+        let outcomes = turned.map(Turned::outcomes);
+        let (s, t) = (outcomes[0].min(outcomes[1]), outcomes[0].max(outcomes[1]));
         let contexts = [
-            angle * 4 + kind,
             ratio * 32 + angle,
             (angle * 16 + low) * 4 + kind,
             (low * 16 + high) * 4 + kind,
-            (s * 16 + t) * 4 + kind,
             ((angle / 2 * 16 + s) * 4 + t.min(3)) * 4 + kind,
-            ((low / 2 * 8 + near) * 8 + far) * 2 + !both as usize,
+            ((low / 2 * 8 + near) * 8 + far) * 2 + one,
             ((low + high) * 32 + angle) * 4 + kind,
         ];
         (angle / 2 + 16 * kind, contexts)
     }
 
-    /// Bins of the cotangents facing the edge (a Delaunay edge flips where their sum is
-    /// negative) and of the ratio of the two diagonals.
-    fn geometry(&self, x: u32, y: u32, p: u32, q: u32) -> (usize, usize) {
-        let at = |v: u32| self.positions[v as usize];
-        let cotangent = |apex: u32| {
-            let (a, b) = (sub(at(x), at(apex)), sub(at(y), at(apex)));
-            let cosine = dot(a, b);
-            let sine = length(cross(a, b)) + 1;
-            let spare = 10u32.saturating_sub(cosine.unsigned_abs().max(sine as u64).leading_zeros());
-            ((cosine >> spare) << 8) / (sine >> spare).max(1)
-        };
-        let sum = cotangent(p) + cotangent(q);
-        let sum = sum.clamp(-(1 << 16), 1 << 16);
-        let squashed = (sum << 8) / (256 + ((90 * sum.abs()) >> 8));
-        let square = |a: Point, b: Point| {
-            let e = sub(a, b);
-            dot(e, e).unsigned_abs() + 1
-        };
-        let ratio = log2_fixed(square(at(x), at(y)), 5) - log2_fixed(square(at(p), at(q)), 5);
-        ((((10 * squashed) >> 8) + 16).clamp(0, 31) as usize, (((2 * ratio) >> 5) + 8).clamp(0, 15) as usize)
-    }
-
     /// Replaces the expectation about an edge by its outcome.
-    fn decide(&mut self, c: u32, bit: bool) {
+    #[inline(always)]
+    fn decide(&mut self, corners: [u32; 2], bit: bool) {
         let change = UNIT * bit as i32 - PRIOR;
-        for c in [c, self.surface.across(c)] {
-            let f = (c / 3) as usize;
+        for c in corners {
+            let turned = &mut self.turned[(c / 3) as usize];
+            turned.0 += if bit { Turned::FLIP } else { Turned::STAY };
+            let is_split = turned.is_split();
             self.expected[self.surface.at(next(c)) as usize] -= change;
-            if !self.split[f] {
+            if !is_split {
                 self.expected[self.surface.at(c) as usize] += change;
             }
-            let turned = &mut self.turned[f];
-            if bit { turned.flips += 1 } else { turned.stays += 1 }
         }
     }
 }

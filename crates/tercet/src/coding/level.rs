@@ -6,12 +6,13 @@ use super::model::number;
 use super::pass::{AxisOrder, Pass, Roughness};
 use super::position::PositionModels;
 use super::predict::estimate;
+use super::shape::Shapes;
 use super::split::SplitModels;
 use super::vector::{COORDINATE_LIMIT, Point, Vector};
 use crate::entropy::Coder;
 use crate::mesh::{NONE, Surface};
 use crate::subdivide::{
-    Refined, StepKind, Update, odd_applies, predict_sqrt3, refine, refine_sqrt3, round, unlift_positions,
+    Refined, StepKind, Update, applies, predict_regular, refine, refine_regular, round, unlift_positions,
 };
 use crate::{Error, Limits, Result};
 
@@ -92,9 +93,7 @@ impl Levels {
             bits,
             origin,
         };
-        let corners = self.surface.any_corner();
-        let corners = corners[self.surface.virtuals as usize..].iter().copied();
-        self.position.code(coder, &pass, corners, &mut self.positions, &mut self.rough);
+        self.position.code(coder, &pass, &mut self.positions, &mut self.rough);
     }
 
     /// Codes the connectivity of a step. When encoding an `Adaptive` one, `split` and `flip` say
@@ -120,25 +119,33 @@ impl Levels {
             // A closed surface gains two faces with each vertex.
             check_faces(surface.faces() as u64 + 2 * found)
         };
-        if kind == StepKind::Sqrt3Odd && !odd_applies(surface) {
-            return Err(Error::format("level", "a √3 step that does not apply to the boundary"));
+        if !applies(surface, kind) {
+            return Err(Error::format("level", "a step that does not apply to the boundary"));
         }
         if kind != StepKind::Adaptive {
-            let estimates = predict_sqrt3(surface, kind, &self.positions);
+            let estimates = predict_regular(surface, kind, &self.positions);
             announced(estimates.len() as u64)?;
-            let refined = refine_sqrt3(surface, kind)
-                .ok_or_else(|| Error::format("level", "a √3 step that does not apply to the boundary"))?;
+            let refined = refine_regular(surface, kind)
+                .ok_or_else(|| Error::format("level", "a step that does not apply to the boundary"))?;
             return Ok(Step { kind, refined, estimates });
         }
         split.resize(surface.faces() as usize, false);
         flip.resize(surface.vertex.len(), false);
-        self.split.code(coder, surface, &self.positions, &mut split);
+        let shapes = Shapes::new(surface, &self.positions);
+        self.split.code(coder, surface, &shapes, &mut split);
         announced(split.iter().filter(|&&s| s).count() as u64)?;
-        let estimates = estimate(surface, &self.positions, &split);
+        let estimates = estimate(surface, &self.positions, &shapes, &split);
         self.positions.extend(estimates.iter().map(|&e| round(e)));
-        self.flip.code(coder, surface, &self.positions, &split, &mut flip);
+        self.flip.code(coder, surface, &shapes, &self.positions, &split, &mut flip);
         self.positions.truncate(surface.vertices as usize);
         Ok(Step { kind, refined: refine(surface, &split, &flip), estimates })
+    }
+
+    /// The real vertices of the surface that `step` leads to, as they would lie without details: the
+    /// old ones where they are, the new ones where they are expected.
+    pub fn without_details(&self, step: &Step) -> Vec<Point> {
+        let old = &self.positions[self.surface.virtuals as usize..];
+        old.iter().copied().chain(step.estimates.iter().map(|&e| round(e))).collect()
     }
 
     /// Codes the positions of the step's new vertices (`new` when encoding, in their order) and
@@ -164,8 +171,7 @@ impl Levels {
             bits: 0,
             origin: [0; 3],
         };
-        let corners = new_corners(&self.surface, first);
-        self.position.code(coder, &pass, corners.into_iter(), &mut self.positions, &mut self.rough);
+        self.position.code(coder, &pass, &mut self.positions, &mut self.rough);
         if let Some(coarse) = coarse {
             unlift_positions(&coarse, step.kind, &mut self.positions, rule);
             let limit = COORDINATE_LIMIT;
@@ -183,15 +189,4 @@ fn check_faces(faces: u64) -> Result<()> {
         return Err(Error::format("level", format!("{faces} faces are more than can be numbered")));
     }
     Ok(())
-}
-
-/// One corner of each vertex from `first` on.
-fn new_corners(surface: &Surface, first: u32) -> Vec<u32> {
-    let mut corner = vec![NONE; (surface.vertices - first) as usize];
-    for c in (0..surface.vertex.len() as u32).rev() {
-        if let Some(i) = surface.at(c).checked_sub(first) {
-            corner[i as usize] = c;
-        }
-    }
-    corner
 }

@@ -14,8 +14,10 @@ mod predict;
 mod residual;
 mod ring;
 mod scale;
+mod shape;
 mod split;
 pub(crate) mod supplement;
+mod traversal;
 mod vector;
 
 pub(crate) use level::Levels;

@@ -1,7 +1,7 @@
 //! Positions: one pass over a surface whose connectivity is known.
 //!
-//! Some vertices are known (the coarse ones, or none in the base), the others are coded in
-//! index order. A vertex is expected where the parallelograms of its known neighbours, an
+//! Some vertices are known (the coarse ones, or none in the base), the others are coded in the
+//! order of a [`Traversal`]. A vertex is expected where the parallelograms of its known neighbours, an
 //! estimate made before, and the errors of that estimate nearby place it. Its three coordinates
 //! follow in the order of the surface's normal: along the two axes that lie most nearly in the
 //! surface first, and on the last one every expectation is moved into the tangent plane.
@@ -10,6 +10,7 @@ use super::pass::{AxisOrder, Pass, Roughness};
 use super::residual::{EXPERTS, Expert, ResidualModels, Situation};
 use super::ring::{Neighbourhood, Ring};
 use super::scale::{Scale, ScaleCell, bin, ratio};
+use super::traversal::Traversal;
 use super::vector::{COORDINATE_LIMIT, Point, Vector};
 use crate::entropy::Coder;
 use crate::subdivide::FRACTION_BITS;
@@ -51,25 +52,29 @@ impl PositionModels {
         &mut self,
         coder: &mut C,
         pass: &Pass,
-        corners: impl Iterator<Item = u32>,
         positions: &mut [Point],
         rough: &mut [Roughness],
     ) {
+        let mut traversal = match pass.order {
+            AxisOrder::NormalLast => Traversal::by_support(pass.surface, pass.first),
+            AxisOrder::NormalFirst => Traversal::by_number(pass.surface, pass.first),
+        };
         let mut ring = Ring::default();
-        // Errors of the estimates, for the vertices coded so far.
-        let mut errors: Vec<[i32; 3]> = Vec::with_capacity(pass.estimates.len());
-        for (v, corner) in (pass.first..).zip(corners) {
+        // Errors of the estimates, of the vertices coded so far.
+        let mut errors = vec![[0i32; 3]; pass.estimates.len()];
+        while let Some((v, corner)) = traversal.next() {
             if coder.exhausted() {
                 // The caller refuses the level; what follows would only take time.
                 break;
             }
-            ring.gather(pass.surface, corner, v, positions);
+            ring.gather(pass.surface, corner, traversal.known(), positions);
             let i = (v - pass.first) as usize;
             let point = if ring.known() == 0 {
                 self.plain(coder, pass, positions[v as usize])
             } else {
+                let known = traversal.known();
                 let around =
-                    Neighbourhood::new(&ring, pass, positions, &errors, pass.estimates.get(i), rough);
+                    Neighbourhood::new(&ring, pass, known, positions, &errors, pass.estimates.get(i), rough);
                 let (point, off) = self.vertex(coder, &around, pass.order, positions[v as usize]);
                 rough[v as usize] = off;
                 for &y in ring.vertices() {
@@ -78,9 +83,10 @@ impl PositionModels {
                 point
             };
             if let Some(estimate) = pass.estimates.get(i) {
-                errors.push([0, 1, 2].map(|k| (((point[k] as i64) << FRACTION_BITS) - estimate[k]) as i32));
+                errors[i] = [0, 1, 2].map(|k| (((point[k] as i64) << FRACTION_BITS) - estimate[k]) as i32);
             }
             positions[v as usize] = point;
+            traversal.reach(pass.surface, corner);
         }
     }
 

@@ -4,43 +4,29 @@
 //! corners would be (after Vlachos et al., "Curved PN triangles", 2001). Where one corner is
 //! virtual the new vertex lies on the boundary: the midpoint of the real edge.
 
-use super::vector::{Point, Vector, add_to, cross, sub, unit};
+use super::shape::Shapes;
+use super::vector::{Point, Vector};
 use crate::mesh::Surface;
 use crate::subdivide::FRACTION_BITS;
 
-/// Unit vertex normals in 1/2¹⁴, weighted by the area of the real faces.
-fn normals(surface: &Surface, positions: &[Point]) -> Vec<[i32; 3]> {
-    let mut sums = vec![[0i64; 3]; surface.vertices as usize];
-    for f in 0..surface.faces() {
-        let t = surface.face(f);
-        if t.iter().any(|&v| surface.is_virtual(v)) {
-            continue;
-        }
-        let p = t.map(|v| positions[v as usize]);
-        let n = cross(sub(p[1], p[0]), sub(p[2], p[0]));
-        for v in t {
-            add_to(&mut sums[v as usize], n);
-        }
-    }
-    sums.into_iter().map(unit).collect()
-}
-
 /// The estimate for each split face, in face order; time O(n).
-pub(crate) fn estimate(surface: &Surface, positions: &[Point], split: &[bool]) -> Vec<Vector> {
-    let normals = normals(surface, positions);
-    let faces = (0..surface.faces()).filter(|&f| split[f as usize]);
-    faces
-        .map(|f| {
-            let t = surface.face(f);
-            match t.iter().position(|&v| surface.is_virtual(v)) {
-                Some(k) => {
-                    let (a, b) = (t[(k + 1) % 3], t[(k + 2) % 3]);
-                    midpoint(surface, positions, a, b)
-                }
-                None => raised(t.map(|v| positions[v as usize]), t.map(|v| normals[v as usize])),
-            }
-        })
-        .collect()
+pub(crate) fn estimate(
+    surface: &Surface,
+    positions: &[Point],
+    shapes: &Shapes,
+    split: &[bool],
+) -> Vec<Vector> {
+    let mut estimates = Vec::with_capacity(split.iter().filter(|&&s| s).count());
+    for f in (0..surface.faces()).filter(|&f| split[f as usize]) {
+        let t = surface.face(f);
+        estimates.push(if shapes.face[f as usize].is_virtual() {
+            let k = t.iter().position(|&v| surface.is_virtual(v)).unwrap_or(0);
+            midpoint(surface, positions, t[(k + 1) % 3], t[(k + 2) % 3])
+        } else {
+            raised(t.map(|v| positions[v as usize]), t.map(|v| shapes.vertex[v as usize].normal))
+        });
+    }
+    estimates
 }
 
 fn midpoint(surface: &Surface, positions: &[Point], a: u32, b: u32) -> Vector {
@@ -50,7 +36,7 @@ fn midpoint(surface: &Surface, positions: &[Point], a: u32, b: u32) -> Vector {
     [0, 1, 2].map(|k| (p[k] as i64 + q[k] as i64) << (FRACTION_BITS - 1))
 }
 
-fn raised(p: [Point; 3], n: [[i32; 3]; 3]) -> Vector {
+fn raised(p: [Point; 3], n: [[i16; 3]; 3]) -> Vector {
     let sum = [0, 1, 2].map(|k| p[0][k] as i64 + p[1][k] as i64 + p[2][k] as i64);
     let mut bulge = [0i64; 3];
     for i in 0..3 {

@@ -20,20 +20,15 @@ pub(crate) struct Ring {
     /// Parallelogram predictions from known neighbours.
     parallelograms: Vec<[i64; 3]>,
     at_boundary: bool,
-    /// The vertex itself; those from it on are not known yet.
-    vertex: u32,
 }
 
 impl Ring {
-    /// Collects the ring of `v`, which is at `corner`. Vertices from `v` on are unknown.
-    pub fn gather(&mut self, surface: &Surface, corner: u32, v: u32, positions: &[Point]) {
+    /// Collects the ring of the vertex at `corner`.
+    pub fn gather(&mut self, surface: &Surface, corner: u32, known: &[bool], positions: &[Point]) {
         self.all.clear();
         self.known.clear();
         self.parallelograms.clear();
-
         self.at_boundary = false;
-        self.vertex = v;
-        let known = |x: u32| x < v && !surface.is_virtual(x);
         for c in surface.fan(corner).take(MOST) {
             let a = surface.at(next(c));
             if surface.is_virtual(a) {
@@ -42,16 +37,16 @@ impl Ring {
                 continue;
             }
             self.all.push(a);
-            if a >= v {
+            if !known[a as usize] {
                 continue;
             }
             self.known.push(a);
             let b = surface.at(crate::mesh::prev(c));
-            if !known(b) {
+            if !known[b as usize] {
                 continue;
             }
             let w = surface.at(surface.across(c));
-            if known(w) {
+            if known[w as usize] {
                 let (a, b, w) = (positions[a as usize], positions[b as usize], positions[w as usize]);
                 self.parallelograms.push([0, 1, 2].map(|k| a[k] as i64 + b[k] as i64 - w[k] as i64));
             }
@@ -120,6 +115,7 @@ impl<'a> Neighbourhood<'a> {
     pub fn new(
         ring: &'a Ring,
         pass: &Pass,
+        known: &[bool],
         positions: &'a [Point],
         errors: &[[i32; 3]],
         estimate: Option<&Vector>,
@@ -174,7 +170,7 @@ impl<'a> Neighbourhood<'a> {
         Neighbourhood {
             predictions: [first, nearest, fallback],
             second,
-            normal: ring.normal(pass, positions),
+            normal: ring.normal(pass, known, positions),
             at_boundary: ring.at_boundary,
             parallelograms: count,
             class,
@@ -219,12 +215,12 @@ impl Ring {
     }
 
     /// Area vector of the ring; unknown members lie where they are estimated.
-    fn normal(&self, pass: &Pass, positions: &[Point]) -> Vector {
+    fn normal(&self, pass: &Pass, known: &[bool], positions: &[Point]) -> Vector {
         let origin = positions[self.known[0] as usize];
         let place = |x: u32| -> Option<Vector> {
             if x == NONE {
                 None
-            } else if x < self.vertex {
+            } else if known[x as usize] {
                 Some(sub(positions[x as usize], origin))
             } else {
                 let estimate = pass.estimates.get((x - pass.first) as usize)?;

@@ -3,8 +3,6 @@
 //! Coordinates stay below 2²⁸ in magnitude, so that differences fit 29 bits, their cross
 //! products 60 and sums of eight of those an `i64`.
 
-use crate::entropy::log2_fixed;
-
 /// A lattice point.
 pub(crate) type Point = [i32; 3];
 
@@ -39,24 +37,10 @@ pub(crate) fn add_to(sum: &mut Vector, a: Vector) {
 
 /// Shifts `a` right until every component is below 2³⁰; returns the shift.
 #[inline(always)]
-fn shrink(a: Vector) -> (Vector, u32) {
+pub(crate) fn shrink(a: Vector) -> (Vector, u32) {
     let all = a[0].unsigned_abs() | a[1].unsigned_abs() | a[2].unsigned_abs();
     let shift = 34u32.saturating_sub(all.leading_zeros());
     (a.map(|x| x >> shift), shift)
-}
-
-/// |a|, rounded down; exact to one part in 2²⁸.
-#[inline]
-pub(crate) fn length(a: Vector) -> i64 {
-    let (a, shift) = shrink(a);
-    (dot(a, a).unsigned_abs().isqrt() as i64) << shift
-}
-
-/// log₂(|a|² + 1) / 2 in 1/32.
-#[inline]
-pub(crate) fn log2_length(a: Vector) -> i32 {
-    let (a, shift) = shrink(a);
-    log2_fixed(dot(a, a).unsigned_abs() + 1, 5) / 2 + 32 * shift as i32
 }
 
 /// a / |a| in 1/2¹⁴; zero stays zero.
@@ -75,12 +59,11 @@ mod tests {
     fn lengths_hold_at_both_ends_of_the_range() {
         let far = COORDINATE_LIMIT;
         let huge = cross(sub([far, -far, far], [-far, far, -far]), sub([-far, -far, far], [far, far, -far]));
-        assert_eq!(length([3, 4, 0]), 5);
         assert_eq!(unit([0, 0, -7]), [0, 0, -(1 << 14)]);
         assert_eq!(unit([0; 3]), [0; 3]);
         let exact = huge.iter().map(|&x| (x as f64) * (x as f64)).sum::<f64>().sqrt();
-        assert!((length(huge) as f64 / exact - 1.0).abs() < 1e-7);
-        assert!((log2_length(huge) as f64 / 32.0 - exact.log2()).abs() < 0.1);
-        assert_eq!(log2_length([0; 3]), 0);
+        for (x, y) in unit(huge).into_iter().zip(huge) {
+            assert!((x as f64 - y as f64 / exact * 16384.0).abs() < 2.0);
+        }
     }
 }

@@ -71,6 +71,15 @@ impl Reader {
         same
     }
 
+    /// Takes back a checksum's failure: the next byte to push is the damaged section's first, whose
+    /// place in the file is returned. `None` if that is not what failed.
+    pub(crate) fn discard_damaged(&mut self) -> Option<u64> {
+        self.failure.take_if(|failure| matches!(failure, Error::Checksum { .. }))?;
+        // Nothing is held of the section: verifying it has taken its bytes, as parsing has the header's.
+        let section = self.header.as_ref().and_then(|header| header.sections.get(self.index));
+        Some(section.map_or(0, |section| section.offset))
+    }
+
     /// The next section whose bytes are all there, or `None` if it needs more bytes or
     /// there are no more sections. Optional sections are verified and passed over.
     ///

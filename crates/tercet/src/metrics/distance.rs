@@ -13,6 +13,10 @@ pub(super) fn dot(a: Vector, b: Vector) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
+pub(super) fn cross(a: Vector, b: Vector) -> Vector {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
 /// a − s · b
 fn less(a: Vector, s: f64, b: Vector) -> Vector {
     [a[0] - s * b[0], a[1] - s * b[1], a[2] - s * b[2]]
@@ -27,8 +31,21 @@ pub(super) enum Feature {
     Corner(u32),
 }
 
-/// A squared distance and where the nearest point lies.
-pub(super) type Nearest = (f64, Feature);
+/// The point of a segment or triangle that is nearest to another point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Nearest {
+    /// The squared distance between the two.
+    pub square: f64,
+    pub feature: Feature,
+    /// From the nearest point to the other one.
+    pub off: Vector,
+}
+
+impl Nearest {
+    fn new(off: Vector, feature: Feature) -> Self {
+        Nearest { square: dot(off, off), feature, off }
+    }
+}
 
 /// From the edge opposite to `corner` of a triangle, which runs from `a` to `b` and may be a point.
 pub(super) fn to_edge(p: Vector, a: Vector, b: Vector, corner: u32) -> Nearest {
@@ -44,8 +61,7 @@ fn from_edge(p: Vector, end: Vector, corner: u32) -> Nearest {
         1.0 => Feature::Corner((corner + 2) % 3),
         _ => Feature::Edge(corner),
     };
-    let off = less(p, along, end);
-    (dot(off, off), feature)
+    Nearest::new(less(p, along, end), feature)
 }
 
 /// From the triangle (a, b, c), which may be degenerate.
@@ -63,12 +79,11 @@ pub(super) fn to_triangle(p: Vector, [a, b, c]: [Vector; 3]) -> Nearest {
     let t = bb * pc - bc * pb;
     let degenerate = det <= 0.0;
     if !degenerate && s >= 0.0 && t >= 0.0 && s + t <= det {
-        let off = less(less(ap, s / det, ab), t / det, ac);
-        return (dot(off, off), Feature::Inside);
+        return Nearest::new(less(less(ap, s / det, ab), t / det, ac), Feature::Inside);
     }
-    let mut best = (f64::INFINITY, Feature::Inside);
+    let mut best = Nearest { square: f64::INFINITY, feature: Feature::Inside, off: ap };
     let mut take = |found: Nearest| {
-        if found.0 < best.0 {
+        if found.square < best.square {
             best = found;
         }
     };
@@ -77,8 +92,8 @@ pub(super) fn to_triangle(p: Vector, [a, b, c]: [Vector; 3]) -> Nearest {
     }
     if degenerate || s < 0.0 {
         // From a to c, so that a is the origin: the corners have to be swapped.
-        let (square, feature) = from_edge(ap, ac, 1);
-        take((square, mirrored(feature)));
+        let found = from_edge(ap, ac, 1);
+        take(Nearest { feature: mirrored(found.feature), ..found });
     }
     if degenerate || t < 0.0 {
         take(from_edge(ap, ab, 2));
@@ -102,7 +117,7 @@ mod tests {
     const TRIANGLE: [Vector; 3] = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 2.0, 0.0]];
 
     fn square(p: Vector, triangle: [Vector; 3]) -> f64 {
-        to_triangle(p, triangle).0
+        to_triangle(p, triangle).square
     }
 
     #[test]
@@ -125,8 +140,9 @@ mod tests {
                     Edge(k) => Edge(back(k)),
                     Corner(k) => Corner(back(k)),
                 };
-                let (square, found) = to_triangle(p, turned);
-                assert!((square - squared).abs() < 1e-12 && found == expected, "{p:?}: {square} {found:?}");
+                let found = to_triangle(p, turned);
+                assert!((found.square - squared).abs() < 1e-12, "{p:?}: {found:?}");
+                assert_eq!(found.feature, expected, "{p:?}: {found:?}");
             }
         }
     }

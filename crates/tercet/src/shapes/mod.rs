@@ -5,12 +5,13 @@
 //! All take linear time.
 
 mod geodesic;
+mod random;
 mod scan;
 
+pub(crate) use random::Random;
 pub use scan::scan;
 
 use crate::Mesh;
-use crate::random::Random;
 use geodesic::geodesic;
 
 /// The regular icosahedron in the unit sphere: 12 vertices of valence 5, 20 faces.

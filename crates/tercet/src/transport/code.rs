@@ -173,7 +173,7 @@ fn reed_solomon(code: Code, symbols: &BTreeMap<u32, Vec<u8>>) -> Option<Vec<u8>>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::Random;
+    use crate::shapes::Random;
 
     fn block(length: usize) -> Vec<u8> {
         let mut random = Random::new(length as u64);

@@ -194,7 +194,7 @@ impl Table {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::Random;
+    use crate::shapes::Random;
 
     #[test]
     fn independent_losses_are_binomial() {

@@ -52,7 +52,7 @@ impl Demand {
 /// A probability of failure that is as good as none.
 const CERTAIN: f64 = 1.0 - 1e-6;
 /// Units in which the budget is counted, about: decides time and precision.
-const UNITS: u64 = 4000;
+const UNITS: u64 = 2000;
 /// Finest unit: parts of the largest packet.
 const PARTS: u64 = 256;
 
@@ -124,7 +124,7 @@ pub(super) fn expected(demands: &[Demand], packets: &[u32], runs: &mut Runs) -> 
 /// New packets for each of `demands`, the incomplete blocks in the order of the file, that cost at
 /// most `budget` bytes. Blocks after one that gets too few are given none.
 ///
-/// Takes time O(blocks · budget · choices), the budget counted in some 4 000 units.
+/// Takes time O(blocks · budget · choices), the budget counted in some 2 000 units.
 pub(super) fn plan(strategy: Strategy, demands: &[Demand], budget: u64, runs: &mut Runs) -> Vec<u32> {
     match strategy {
         Strategy::None => shared(demands, budget, 0.0),

@@ -172,8 +172,7 @@ impl Schedule {
 
     pub(super) fn set_conditions(&mut self, conditions: Conditions) {
         if conditions.loss != self.settings.conditions.loss {
-            let heard = self.runs.heard;
-            self.runs = Runs { heard, ..Runs::new(conditions.loss) };
+            self.runs = Runs::new(conditions.loss);
         }
         self.stale |= conditions != self.settings.conditions;
         self.settings.conditions = conditions;

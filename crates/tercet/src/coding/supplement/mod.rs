@@ -140,7 +140,7 @@ pub(crate) fn read(
     }
     let positions = match &sections.exactness {
         Some(bytes) => exactness::code(&mut Decoder::new(bytes), precision, &draft.points, &[])?,
-        None => draft.positions(precision),
+        None => coordinates(&draft.points, precision),
     };
     let mesh = Mesh { positions, faces: draft.faces };
     match &sections.order {
@@ -149,10 +149,16 @@ pub(crate) fn read(
     }
 }
 
+/// What `points` of the lattice stand for.
+pub(crate) fn coordinates(points: &[Point], precision: &Precision) -> Vec<[f32; 3]> {
+    let lattice = Lattice::new(precision);
+    points.iter().map(|&q| lattice.value(q)).collect()
+}
+
 /// The finest of `levels` as it is.
 pub(crate) fn surface_mesh(levels: &Levels, precision: &Precision) -> Mesh {
     let draft = Draft::new(levels);
-    Mesh { positions: draft.positions(precision), faces: draft.faces }
+    Mesh { positions: coordinates(&draft.points, precision), faces: draft.faces }
 }
 
 /// The mesh on the way from the finest level to the original, in the decoder's order.
@@ -171,11 +177,6 @@ impl Draft {
             points: levels.positions[virtuals as usize..].to_vec(),
             faces: real.map(|f| surface.face(f).map(|v| v - virtuals)).collect(),
         }
-    }
-
-    fn positions(&self, precision: &Precision) -> Vec<[f32; 3]> {
-        let lattice = Lattice::new(precision);
-        self.points.iter().map(|&q| lattice.value(q)).collect()
     }
 
     /// Codes which vertices are one, and joins them.

@@ -1,5 +1,5 @@
 use super::*;
-use crate::random::Random;
+use crate::shapes::Random;
 use crate::transport::GilbertElliott;
 use std::time::Instant;
 

@@ -1,5 +1,5 @@
 use super::*;
-use crate::random::Random;
+use crate::shapes::Random;
 use crate::transport::packet::OVERHEAD;
 use crate::transport::sender::Source;
 use crate::transport::{MAX_DATAGRAM, code, simulation};

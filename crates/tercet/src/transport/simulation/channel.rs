@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::random::Random;
+use crate::shapes::Random;
 use crate::transport::{GilbertElliott, MAX_DATAGRAM};
 use crate::{Error, Result};
 

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use super::channel::{Channel, Link, Micros, micros};
 use super::{Quality, Run};
-use crate::random::Random;
+use crate::shapes::Random;
 use crate::transport::code::Code;
 use crate::transport::report::{Progress, Report};
 use crate::transport::schedule::{Schedule, Settings, Turn};

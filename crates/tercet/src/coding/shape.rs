@@ -1,0 +1,165 @@
+//! What the faces of a coarse surface look like, in one pass: what split bits, estimates and flip
+//! bits know of the geometry.
+//!
+//! Everything here serves contexts or a guess, so that two digits are enough: reciprocal lengths
+//! come from a table, logarithms are linear between powers of two.
+
+use super::vector::{Point, Vector, cross, dot, shrink, sub};
+use crate::entropy::log2_fixed;
+use crate::mesh::Surface;
+
+/// In place of the area of a virtual face.
+pub(crate) const VIRTUAL: i16 = i16::MIN;
+
+/// A face; 8 bytes.
+#[derive(Clone, Copy)]
+pub(crate) struct FaceShape {
+    /// Logarithm of double the area in 1/32 octaves, or [`VIRTUAL`].
+    pub area: i16,
+    /// 1 / double the area.
+    pub inverse: Inverse,
+    /// The longest edge over the shortest, logarithm in 2/3 octaves, at most 6.
+    pub aspect: u8,
+}
+
+/// What the faces around a vertex have in common; 12 bytes.
+#[derive(Clone, Copy)]
+pub(crate) struct VertexShape {
+    /// Unit normal in 1/2¹⁴, weighted by area.
+    pub normal: [i16; 3],
+    /// Mean of the real faces' `area`.
+    pub area: i16,
+    /// Number of faces, virtual ones included.
+    pub valence: u32,
+}
+
+/// The reciprocal of a length: `mantissa` / 2^`exponent`.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Inverse {
+    mantissa: u16,
+    exponent: u8,
+}
+
+/// 2¹⁸ / √(m + ½) for the mantissa m of a square, 64..256.
+static INVERSE_ROOT: [u16; 256] = {
+    let mut table = [0; 256];
+    let mut m = 64u64;
+    while m < 256 {
+        table[m as usize] = ((1u64 << 37) / (2 * m + 1)).isqrt() as u16;
+        m += 1;
+    }
+    table
+};
+
+impl Inverse {
+    /// Of the length of `a`, to one part in 128; also log₂(|a|² + 1) / 2 in 1/32.
+    #[inline(always)]
+    fn of_length(a: Vector) -> (Inverse, i32) {
+        let (a, shrunk) = shrink(a);
+        let square = dot(a, a) as u64 + 1;
+        // An even shift that leaves seven or eight bits.
+        let shift = ((63 - square.leading_zeros()) & !1) as i32 - 6;
+        let mantissa = if shift < 0 { square << -shift } else { square >> shift };
+        let inverse = Inverse {
+            mantissa: INVERSE_ROOT[mantissa as usize & 255],
+            exponent: (18 + shift / 2 + shrunk as i32) as u8,
+        };
+        (inverse, log2_fixed(square, 5) / 2 + 32 * shrunk as i32)
+    }
+
+    /// `x` (below 2⁶¹) over three times the length if `third`, else over the length, in 1/256;
+    /// saturates beyond ±256.
+    #[inline(always)]
+    pub fn ratio(self, x: i64, third: bool) -> i32 {
+        let quotient = self.times(x, 8) * if third { 3 } else { 1 };
+        quotient.clamp(-(1 << 16), 1 << 16) as i32
+    }
+
+    /// `x` (below 2⁶²) over the length, with `bits` ≤ 14 bits behind the point.
+    #[inline(always)]
+    fn times(self, x: i64, bits: u8) -> i64 {
+        let (mantissa, exponent) = (self.mantissa as i64, self.exponent - bits);
+        if x.unsigned_abs() < 1 << 46 {
+            (x * mantissa) >> exponent
+        } else {
+            ((x >> 20) * mantissa) >> exponent.saturating_sub(20)
+        }
+    }
+}
+
+/// a / |a| in 1/2¹⁴, to one part in 128; zero stays zero.
+#[inline(always)]
+fn direction(a: Vector) -> [i16; 3] {
+    let (inverse, _) = Inverse::of_length(a);
+    a.map(|x| inverse.times(x, 14) as i16)
+}
+
+/// The faces and vertices of a level.
+pub(crate) struct Shapes {
+    pub face: Vec<FaceShape>,
+    pub vertex: Vec<VertexShape>,
+}
+
+/// Sums over the faces at a vertex.
+#[derive(Clone, Copy, Default)]
+struct Sum {
+    normal: Vector,
+    area: i32,
+    real: u32,
+    valence: u32,
+}
+
+impl Shapes {
+    /// Looks at every face of `surface` once; time O(n).
+    pub fn new(surface: &Surface, positions: &[Point]) -> Self {
+        let mut sums = vec![Sum::default(); surface.vertices as usize];
+        let face = (0..surface.faces())
+            .map(|f| {
+                let t = surface.face(f);
+                for v in t {
+                    sums[v as usize].valence += 1;
+                }
+                if t.iter().any(|&v| surface.is_virtual(v)) {
+                    return FaceShape { area: VIRTUAL, inverse: Inverse::default(), aspect: 0 };
+                }
+                let (shape, normal) = FaceShape::new(t.map(|v| positions[v as usize]));
+                for v in t {
+                    let sum = &mut sums[v as usize];
+                    // A fan would need thousands of the largest faces to leave 64 bits.
+                    sum.normal = [0, 1, 2].map(|k| sum.normal[k].wrapping_add(normal[k]));
+                    sum.area = sum.area.wrapping_add(shape.area as i32);
+                    sum.real += 1;
+                }
+                shape
+            })
+            .collect();
+        Shapes { face, vertex: sums.into_iter().map(Sum::shape).collect() }
+    }
+}
+
+impl FaceShape {
+    #[inline(always)]
+    fn new(p: [Point; 3]) -> (Self, Vector) {
+        let edges = [sub(p[1], p[0]), sub(p[2], p[1]), sub(p[2], p[0])];
+        let normal = cross(edges[0], edges[2]);
+        let (inverse, area) = Inverse::of_length(normal);
+        let [a, b, c] = edges.map(|e| dot(e, e) as u64 + 1);
+        let (long, short) = (a.max(b).max(c), a.min(b).min(c));
+        let ratio = log2_fixed(long, 5) - log2_fixed(short, 5);
+        (FaceShape { area: area as i16, inverse, aspect: ((ratio * 3) >> 6).min(6) as u8 }, normal)
+    }
+
+    pub fn is_virtual(self) -> bool {
+        self.area == VIRTUAL
+    }
+}
+
+impl Sum {
+    fn shape(self) -> VertexShape {
+        VertexShape {
+            normal: direction(self.normal),
+            area: (self.area / self.real.max(1) as i32) as i16,
+            valence: self.valence,
+        }
+    }
+}

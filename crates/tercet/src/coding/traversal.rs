@@ -1,0 +1,261 @@
+//! The order in which a pass visits vertices.
+//!
+//! Where details are normal ones, on √3 levels, it is that of their numbers. Elsewhere the vertex
+//! about which most is known comes next: it is *supported* by its known neighbours, more by two of
+//! them in one face, and most by a parallelogram, three known vertices that predict it. Support
+//! never shrinks, so that a queue with a bucket for each degree of support finds the best supported
+//! vertex in constant time (Dial, "Algorithm 360: Shortest-path forest with topological ordering",
+//! 1969).
+
+use crate::mesh::{NONE, Surface, next, prev};
+
+/// What a known neighbour, two of them in one face, and a parallelogram are worth.
+const NEIGHBOUR: u8 = 1;
+const PAIR: u8 = 2;
+const PARALLELOGRAM: u8 = 8;
+
+/// Degrees of support; any above the highest counts as that.
+const DEGREES: u32 = u128::BITS;
+const HIGHEST: u8 = DEGREES as u8 - 1;
+
+/// Which vertices of a pass are known, and which one comes next.
+pub(crate) struct Traversal {
+    /// Real vertices whose positions are known.
+    known: Vec<bool>,
+    /// The first vertex to be visited.
+    first: u32,
+    /// For each vertex from `first` on its corner of the smallest number.
+    corner: Vec<u32>,
+    /// The next vertex in the order of numbers, counted from `first`, if that is the order.
+    cursor: usize,
+    /// The vertices still to be visited, if they are visited by their support.
+    queue: Option<Queue>,
+}
+
+impl Traversal {
+    /// Visits the vertices from `first` on in the order of their numbers; the real ones before are
+    /// known. Time O(n).
+    pub fn by_number(surface: &Surface, first: u32) -> Self {
+        let mut known = vec![false; surface.vertices as usize];
+        known[surface.virtuals as usize..first as usize].fill(true);
+        let mut corner = vec![NONE; (surface.vertices - first) as usize];
+        for c in (0..surface.vertex.len() as u32).rev() {
+            if let Some(i) = surface.at(c).checked_sub(first) {
+                corner[i as usize] = c;
+            }
+        }
+        Traversal { known, first, corner, cursor: 0, queue: None }
+    }
+
+    /// Visits the best supported vertex first, of several the one that has been so longest. Time O(n).
+    pub fn by_support(surface: &Surface, first: u32) -> Self {
+        let mut traversal = Traversal::by_number(surface, first);
+        let mut degree = vec![0u8; (surface.vertices - first) as usize];
+        for (c, &v) in (0..).zip(&surface.vertex) {
+            if v >= first {
+                let by = traversal.neighbour(surface, c) + traversal.pair(surface, c);
+                let degree = &mut degree[(v - first) as usize];
+                *degree = (*degree + by).min(HIGHEST);
+            }
+        }
+        traversal.queue = Some(Queue::new(degree));
+        traversal
+    }
+
+    /// For each vertex whether its position is known.
+    pub fn known(&self) -> &[bool] {
+        &self.known
+    }
+
+    /// The vertex to be visited and a corner of it, if one is left.
+    pub fn next(&self) -> Option<(u32, u32)> {
+        let i = match &self.queue {
+            Some(queue) => queue.first()?,
+            None => self.cursor,
+        };
+        self.corner.get(i).map(|&corner| (self.first + i as u32, corner))
+    }
+
+    /// Notes that the vertex at `corner`, which was next, is known. Time O(valence).
+    pub fn reach(&mut self, surface: &Surface, corner: u32) {
+        let v = surface.at(corner);
+        self.known[v as usize] = true;
+        self.cursor += 1;
+        let Some(queue) = &mut self.queue else { return };
+        queue.remove(v - self.first);
+        // What the face before a neighbour adds to its support.
+        let mut before = 0;
+        for c in surface.fan(corner) {
+            let (to_a, to_b) = (next(c), prev(c));
+            let (a, b) = (surface.at(to_a), surface.at(to_b));
+            self.raise(a, before + NEIGHBOUR + self.pair(surface, to_a));
+            before = self.pair(surface, to_b);
+            if self.known[a as usize] && self.known[b as usize] {
+                self.raise(surface.at(surface.across(c)), PARALLELOGRAM);
+            }
+        }
+        self.raise(surface.at(next(corner)), before);
+    }
+
+    /// What the vertex after `c` is worth to the one at `c`.
+    #[inline(always)]
+    fn neighbour(&self, surface: &Surface, c: u32) -> u8 {
+        if self.known[surface.at(next(c)) as usize] { NEIGHBOUR } else { 0 }
+    }
+
+    /// What the two other vertices of the face of `c` are worth together to the one at `c`.
+    #[inline(always)]
+    fn pair(&self, surface: &Surface, c: u32) -> u8 {
+        let known = |c: u32| self.known[surface.at(c) as usize];
+        if !known(next(c)) || !known(prev(c)) {
+            0
+        } else if known(surface.across(c)) {
+            PAIR + PARALLELOGRAM
+        } else {
+            PAIR
+        }
+    }
+
+    /// Adds to the support of `v`, if it is still to be visited.
+    #[inline(always)]
+    fn raise(&mut self, v: u32, by: u8) {
+        if by > 0
+            && v >= self.first
+            && !self.known[v as usize]
+            && let Some(queue) = &mut self.queue
+        {
+            queue.raise(v - self.first, by);
+        }
+    }
+}
+
+/// Items by their degree, those of one degree in the order in which they reached it.
+struct Queue {
+    degree: Vec<u8>,
+    /// Each degree's items as a doubly linked ring, which is closed by the entry behind the items
+    /// that stands for the degree.
+    after: Vec<u32>,
+    before: Vec<u32>,
+    /// Bit by bit, the degrees that have items.
+    occupied: u128,
+}
+
+impl Queue {
+    /// One item for each of the degrees.
+    fn new(degree: Vec<u8>) -> Self {
+        let count = degree.len() as u32;
+        let rings: Vec<u32> = (0..count + DEGREES).collect();
+        let mut queue = Queue { degree, after: rings.clone(), before: rings, occupied: 0 };
+        (0..count).for_each(|i| queue.append(i));
+        queue
+    }
+
+    /// The first item of the highest degree.
+    fn first(&self) -> Option<usize> {
+        let degree = self.occupied.checked_ilog2()?;
+        Some(self.after[self.degree.len() + degree as usize] as usize)
+    }
+
+    fn raise(&mut self, i: u32, by: u8) {
+        let degree = self.degree[i as usize];
+        let raised = (degree + by).min(HIGHEST);
+        if raised > degree {
+            self.remove(i);
+            self.degree[i as usize] = raised;
+            self.append(i);
+        }
+    }
+
+    /// Puts an item that is in no ring at the end of that of its degree.
+    fn append(&mut self, i: u32) {
+        let degree = self.degree[i as usize];
+        let head = self.degree.len() as u32 + degree as u32;
+        let last = self.before[head as usize];
+        self.before[i as usize] = last;
+        self.after[i as usize] = head;
+        self.after[last as usize] = i;
+        self.before[head as usize] = i;
+        self.occupied |= 1 << degree;
+    }
+
+    fn remove(&mut self, i: u32) {
+        let (before, after) = (self.before[i as usize], self.after[i as usize]);
+        self.after[before as usize] = after;
+        self.before[after as usize] = before;
+        // Only the entry of the degree is left, next to itself.
+        if before == after && after as usize >= self.degree.len() {
+            self.occupied &= !(1 << self.degree[i as usize]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::cut;
+    use crate::shapes::{grid, sphere, torus};
+
+    /// All vertices in the order of their visits.
+    fn visits(surface: &Surface, mut traversal: Traversal) -> Vec<u32> {
+        let mut order = Vec::new();
+        while let Some((v, corner)) = traversal.next() {
+            assert_eq!(surface.at(corner), v);
+            assert!(!traversal.known()[v as usize]);
+            order.push(v);
+            traversal.reach(surface, corner);
+        }
+        order
+    }
+
+    /// The support of `v`, counted afresh.
+    fn support(surface: &Surface, corner: u32, known: &[bool]) -> u32 {
+        let is = |c: u32| known[surface.at(c) as usize];
+        let of_face = |c: u32| {
+            let pair = is(next(c)) && is(prev(c));
+            let parallelogram = pair && is(surface.across(c));
+            is(next(c)) as u32 * NEIGHBOUR as u32
+                + pair as u32 * PAIR as u32
+                + parallelogram as u32 * PARALLELOGRAM as u32
+        };
+        surface.fan(corner).map(of_face).sum::<u32>().min(DEGREES - 1)
+    }
+
+    #[test]
+    fn every_vertex_is_visited_once_and_none_is_better_supported() {
+        for mesh in [grid(9, 7), torus(8, 9), sphere(2)] {
+            let surface = cut(&mesh).surface;
+            for first in [surface.virtuals, surface.virtuals + 20] {
+                let corners = surface.any_corner();
+                let mut traversal = Traversal::by_support(&surface, first);
+                let mut seen = 0;
+                while let Some((v, corner)) = traversal.next() {
+                    let of = |v: u32| support(&surface, corners[v as usize], traversal.known());
+                    let best = (first..surface.vertices).filter(|&v| !traversal.known()[v as usize]).map(of);
+                    assert_eq!(Some(of(v)), best.max());
+                    traversal.reach(&surface, corner);
+                    seen += 1;
+                }
+                assert_eq!(seen, surface.vertices - first);
+            }
+        }
+    }
+
+    #[test]
+    fn by_number_the_order_is_that_of_numbers() {
+        let surface = cut(&grid(5, 4)).surface;
+        let first = surface.virtuals + 3;
+        let order = visits(&surface, Traversal::by_number(&surface, first));
+        assert!(order.into_iter().eq(first..surface.vertices));
+    }
+
+    #[test]
+    fn a_hub_takes_linear_time() {
+        // A fan of triangles around one vertex: a step that walked the hub's ring would make it quadratic.
+        let count = 200_000u32;
+        let mut mesh = crate::Mesh { positions: vec![[0.0; 3]; count as usize + 1], faces: Vec::new() };
+        mesh.faces.extend((1..count).map(|v| [0, v, v + 1]));
+        let surface = cut(&mesh).surface;
+        let order = visits(&surface, Traversal::by_support(&surface, surface.virtuals));
+        assert_eq!(order.len(), count as usize + 1);
+    }
+}
