@@ -85,7 +85,7 @@ impl Blocks {
         let fits =
             |(head, ranges): &(usize, Vec<_>)| MANIFEST_HEAD + ENTRY * ranges.len() + head <= MAX_SYMBOL;
         let (head, ranges) =
-            cuts.clone().filter(fits).last().or(cuts.clone().next()).unwrap_or((start, Vec::new()));
+            cuts.clone().rev().find(fits).or(cuts.clone().next()).unwrap_or((start, Vec::new()));
         let opening = opening(file, head, &ranges)?;
         let reached = std::iter::once(head).chain(ranges.iter().map(|range| range.end));
         let qualities = reached.map(|end| quality(&header, end as u64)).collect();
