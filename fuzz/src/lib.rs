@@ -3,6 +3,11 @@
 
 #![forbid(unsafe_code)]
 
+#[cfg(feature = "transport")]
+mod receive;
+#[cfg(feature = "transport")]
+pub use receive::receive;
+
 use tercet::io::Format;
 use tercet::{Effort, EncodeOptions, LevelScheme, Limits, Mesh, Update};
 

@@ -43,6 +43,8 @@ pub enum Command {
     Remesh(commands::RemeshArgs),
     /// Refine a mesh by subdivision.
     Subdivide(commands::SubdivideArgs),
+    /// Try ways to send a file over a lossy channel: what would viewers see, and when?
+    Simulate(commands::SimulateArgs),
     /// Show the levels of a mesh, cut the file off, decode and verify.
     Demo(commands::DemoArgs),
     #[cfg(feature = "fetch")]

@@ -45,14 +45,20 @@ pub fn open(path: &Path) -> Result<Box<dyn Read>> {
     Ok(Box::new(File::open(path).with_context(|| name(path))?))
 }
 
-/// Reads a mesh and warns of what it cannot hold.
-pub fn read_mesh(path: &Path, asked: Option<Format>, limits: &Limits, console: &Console) -> Result<Mesh> {
-    let format = format(path, asked)?;
+/// Reads a whole file.
+pub fn read_bytes(path: &Path, limits: &Limits) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let read = open(path)?.take(limits.max_memory.saturating_add(1)).read_to_end(&mut bytes);
     if read.with_context(|| name(path))? as u64 > limits.max_memory {
         bail!("{}: more than {} bytes, the limit of --max-memory", name(path), limits.max_memory);
     }
+    Ok(bytes)
+}
+
+/// Reads a mesh and warns of what it cannot hold.
+pub fn read_mesh(path: &Path, asked: Option<Format>, limits: &Limits, console: &Console) -> Result<Mesh> {
+    let format = format(path, asked)?;
+    let bytes = read_bytes(path, limits)?;
     let loaded = tercet::io::read(&bytes, format, limits).with_context(|| name(path))?;
     for note in &loaded.notes {
         console.warn(&name(path), note);

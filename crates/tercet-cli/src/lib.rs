@@ -5,6 +5,7 @@
 //! network and what those depend on. Without them the program encodes and decodes.
 
 mod args;
+mod channel;
 mod commands;
 mod console;
 mod feed;
@@ -14,6 +15,7 @@ mod files;
 mod input;
 mod page;
 mod picture;
+mod plot;
 #[cfg(any(feature = "serve", feature = "fetch"))]
 mod protocol;
 mod report;
@@ -58,6 +60,7 @@ pub fn run() -> ExitCode {
         Command::Report(args) => commands::report(args, &limits, &console),
         Command::Compare(args) => commands::compare(args, &limits, &console),
         Command::Remesh(args) => commands::remesh(args, &limits, &console),
+        Command::Simulate(args) => commands::simulate(args, &limits, &console),
         Command::Subdivide(args) => commands::subdivide(args, &limits, &console),
         Command::Demo(args) => commands::demo(args, &limits, &console),
         #[cfg(feature = "fetch")]

@@ -10,6 +10,7 @@ impl Table {
         Table::with_heads(heads.map(String::from).to_vec())
     }
 
+    /// A table whose columns are known only as it is made.
     pub fn with_heads(heads: Vec<String>) -> Self {
         Table { rows: vec![heads] }
     }

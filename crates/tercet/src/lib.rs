@@ -35,6 +35,8 @@ pub mod remesh;
 mod reverse;
 pub mod shapes;
 mod subdivide;
+#[cfg(feature = "transport")]
+pub mod transport;
 pub mod verify;
 
 pub use decode::{Decoder, Info, Level, LevelInfo, decode};

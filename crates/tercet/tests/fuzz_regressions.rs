@@ -48,6 +48,12 @@ fn inputs_of_the_readers_give_a_mesh_or_an_error() {
     replay("read_stl", targets::read_stl);
 }
 
+#[cfg(feature = "transport")]
+#[test]
+fn inputs_of_the_receiver_give_out_no_wrong_byte() {
+    replay("receive", targets::receive);
+}
+
 #[test]
 fn inputs_of_the_round_trip_come_back() {
     replay("round_trip", targets::round_trip);

@@ -13,6 +13,7 @@ mod render;
 mod report;
 #[cfg(feature = "serve")]
 mod serve;
+mod simulate;
 mod subdivide;
 mod verify;
 #[cfg(feature = "serve")]
@@ -31,6 +32,7 @@ pub use render::{RenderArgs, diagonal, render};
 pub use report::{ReportArgs, report};
 #[cfg(feature = "serve")]
 pub use serve::{ServeArgs, serve};
+pub use simulate::{SimulateArgs, simulate};
 pub use subdivide::{SubdivideArgs, subdivide};
 pub use verify::{VerifyArgs, verify};
 #[cfg(feature = "serve")]

@@ -9,6 +9,7 @@ mod metrics;
 mod remesh;
 mod render;
 mod report;
+mod simulate;
 mod subdivide;
 mod verify;
 
@@ -168,6 +169,7 @@ fn help_and_version_are_answers() {
         "report",
         "remesh",
         "subdivide",
+        "simulate",
         "demo",
         "fetch",
         "serve",

@@ -16,6 +16,8 @@ mod writer;
 #[cfg(test)]
 mod tests;
 
+#[cfg(feature = "transport")]
+pub(crate) use checksum::checksum;
 pub(crate) use header::{Header, Outline};
 pub(crate) use reader::Reader;
 pub(crate) use section::{LevelEntry, LevelKind, Part, Section, Supplement, UpdateRule, round_error_up};

@@ -1,0 +1,145 @@
+//! The format document's examples and vectors, and what spans several modules.
+
+use super::code::{Code, Encoder};
+use super::packet::Packet;
+use super::simulation::{Channel, Loss, ordered, session, summarize};
+use super::*;
+use crate::{EncodeOptions, encode, shapes};
+use std::path::Path;
+use std::time::Duration;
+
+fn spec(name: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../spec").join(name);
+    std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+#[test]
+fn the_documents_example_is_what_is_written() {
+    let text = spec("datagrams.md");
+    let fence = text.split("```text\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
+    let example: Vec<u8> =
+        fence.split_whitespace().map(|word| u8::from_str_radix(word, 16).unwrap()).collect();
+    let tag = [0, 1, 2, 3, 4, 5, 6, 7];
+    let symbol = Encoder::new(b"123456789").unwrap().symbol(0);
+    let packet = Packet { tag, number: 7, block: 1, length: 9, symbol: 0, payload: &symbol };
+    let progress = vec![Progress { block: 1, received: Some(1) }];
+    let report = Report { tag, heard: 8, done: 0, progress };
+    assert_eq!(example, [packet.write(), report.write()].concat());
+}
+
+/// Lines of block length, symbol, bytes and CRC-32 of the symbol.
+fn vectors() -> String {
+    let mut lines = String::new();
+    for length in [1, 9, 1150, 1151, 3001, 147_200, 147_201, 400_000] {
+        let block: Vec<u8> = (0..length).map(|i: usize| (i.wrapping_mul(i) + i / 256) as u8).collect();
+        let (code, encoder) = (Code::of(length).unwrap(), Encoder::new(&block).unwrap());
+        for symbol in [0, code.symbols - 1, code.symbols, code.symbols + 1, 255] {
+            let bytes = encoder.symbol(symbol);
+            let crc = crc32fast::hash(&bytes);
+            lines += &format!("{length} {symbol} {} {crc:08x}\n", bytes.len());
+        }
+    }
+    lines
+}
+
+#[test]
+fn symbols_are_the_golden_ones() {
+    assert_eq!(spec("golden/datagrams.txt"), vectors());
+}
+
+#[test]
+#[ignore = "writes spec/golden/datagrams.txt"]
+fn write_the_golden_symbols() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../spec/golden/datagrams.txt");
+    std::fs::write(path, vectors()).unwrap();
+}
+
+fn source() -> Source {
+    let options = EncodeOptions { bits: Some(12), ..EncodeOptions::default() };
+    Source::new(encode(&shapes::scan(8000, 1), &options).unwrap().bytes).unwrap()
+}
+
+fn settings(strategy: Strategy, goal: Goal, channel: &Channel) -> Settings {
+    let conditions = Conditions {
+        loss: channel.estimate().unwrap(),
+        rate: channel.steps[0].rate,
+        round_trip: channel.round_trip,
+    };
+    Settings { strategy, objective: Objective::Psnr, goal, conditions }
+}
+
+#[test]
+fn blocks_are_the_file_and_end_with_its_levels() {
+    let source = source();
+    let info = crate::Info::of(source.file()).unwrap();
+    let (_, head) = blocks::Manifest::read(source.blocks.bytes(source.file(), 0)).unwrap();
+    let mut bytes = head.to_vec();
+    for block in 1..source.blocks.count() {
+        bytes.extend(source.blocks.bytes(source.file(), block));
+        let end = bytes.len() as u64;
+        assert!(
+            info.levels.iter().any(|level| level.bytes == end) || end >= info.levels.last().unwrap().bytes
+        );
+    }
+    assert_eq!(bytes, source.file());
+    assert_eq!(source.blocks.quality(source.blocks.count() - 1), Quality::EXACT);
+    assert!(source.blocks.quality(0) < Quality::NOTHING, "the base is in the first packet");
+}
+
+#[test]
+fn damaged_and_cut_files_are_no_sources() {
+    let file = source().file().to_vec();
+    assert!(matches!(Source::new(&file[..file.len() - 1]), Err(crate::Error::Truncated { .. })));
+    for end in [0, 3, 20, 60] {
+        assert!(Source::new(&file[..end]).is_err(), "{end}");
+    }
+    assert!(Source::new([file, vec![0]].concat()).is_err());
+}
+
+/// The simulation of a channel without losses takes the time that arithmetic gives.
+#[test]
+fn a_perfect_channel_takes_the_time_of_its_bytes() {
+    let source = source();
+    let channel = Channel::new(Loss::Independent(0.0), 125_000.0, Duration::from_millis(100)).unwrap();
+    let end = Duration::from_secs(20);
+    let run = session(&source, settings(Strategy::None, Goal::Anytime, &channel), &channel, 1, end);
+    let exact = run.exact().unwrap();
+    assert_eq!(run.bytes(end), run.bytes(exact), "no redundancy");
+    let expected = run.bytes(end) as f64 / 125_000.0 + 0.05;
+    assert!((exact.as_secs_f64() - expected).abs() < 0.005, "{exact:?} for {expected} s");
+    assert!(ordered(&source, &channel, 1, end).exact().unwrap() >= exact.mul_f64(0.95));
+}
+
+#[test]
+fn the_same_seed_gives_the_same_session() {
+    let source = source();
+    let loss = Loss::Bursts(GilbertElliott::bursts(0.1, 8.0).unwrap());
+    let channel = Channel::new(loss, 125_000.0, Duration::from_millis(100)).unwrap();
+    let run = |seed| {
+        session(&source, settings(Strategy::Optimal, Goal::Anytime, &channel), &channel, seed, Duration::MAX)
+    };
+    assert_eq!(run(1), run(1));
+    assert_ne!(run(1), run(2));
+}
+
+/// A small version of what `tercet simulate` shows for real meshes.
+#[test]
+fn protection_pays() {
+    let source = source();
+    let round_trip = Duration::from_millis(100);
+    let channel = Channel::new(Loss::Independent(0.1), 125_000.0, round_trip).unwrap();
+    let (times, end) = ([Duration::from_millis(200)], Duration::from_secs(60));
+    let of = |strategy| {
+        let runs: Vec<_> = (0..200)
+            .map(|seed| session(&source, settings(strategy, Goal::Anytime, &channel), &channel, seed, end))
+            .collect();
+        summarize(&runs, &times, round_trip, end)
+    };
+    let (optimal, none) = (of(Strategy::Optimal), of(Strategy::None));
+    assert!(optimal.base_in_time >= 0.995 && none.base_in_time < 0.95);
+    assert!(optimal.points[0].psnr > none.points[0].psnr);
+    let baseline: Vec<_> = (0..200).map(|seed| ordered(&source, &channel, seed, end)).collect();
+    let baseline = summarize(&baseline, &times, round_trip, end);
+    // Of a file as small as this one a good part of the time is the way there; large ones gain more.
+    assert!(optimal.exact < 0.8 * baseline.exact, "{} {}", optimal.exact, baseline.exact);
+}
