@@ -4,7 +4,7 @@
 #![forbid(unsafe_code)]
 
 use tercet::io::Format;
-use tercet::{EncodeOptions, Limits, Mesh, Update};
+use tercet::{EncodeOptions, LevelScheme, Limits, Mesh, Update};
 
 /// Little memory, so that an allocation out of proportion to the input is an error and not a slow run.
 const LIMITS: Limits = Limits { max_memory: 256 << 20 };
@@ -62,13 +62,16 @@ pub fn round_trip(bytes: &[u8]) {
     }
 }
 
-/// `precision`: 0 is exact, 1.. a lattice of 4..=24 bits. `rest`: the highest bit keeps the order.
+/// `precision`: 0 is exact, 1.. a lattice of 4..=24 bits. `rest`: the highest bit keeps the order, the two
+/// below it are the scheme.
 fn options(precision: u8, rest: u8) -> EncodeOptions {
     let update = [Update::None, Update::Third, Update::Paper];
+    let scheme = [LevelScheme::Auto, LevelScheme::Sqrt3, LevelScheme::Butterfly, LevelScheme::Adaptive];
     EncodeOptions {
         bits: precision.checked_sub(1).map(|bits| 4 + bits % 21),
         keep_order: rest & 0x80 != 0,
         update: update[usize::from(rest % 3)],
+        scheme: scheme[usize::from(rest >> 5 & 3)],
     }
 }
 

@@ -14,7 +14,7 @@ use std::process::ExitCode;
 const USAGE: &str = "\
 usage: cargo xtask test  [--only STAGE,STAGE] [--fuzz-seconds N]
        cargo xtask bench [--corpus DIR] [--only MESH,MESH] [--bits 10,12,14]
-                         [--tables lattice,sqrt3,exact] [--runs N] [--write]
+                         [--tables lattice,sqrt3,butterfly,exact] [--runs N] [--write]
        cargo xtask seeds";
 
 fn main() -> ExitCode {

@@ -58,7 +58,7 @@ pub struct Goal {
 pub enum UpdateRule {
     /// Not at all: the fewest bits.
     None,
-    /// By a third of the transposed prediction: better coarse levels.
+    /// By a third of the transposed prediction (butterfly levels: a quarter): better coarse levels.
     Third,
     /// By the whole transposed prediction, as published: for comparison.
     Paper,
@@ -78,6 +78,40 @@ impl From<UpdateRule> for tercet::Update {
 pub enum Scheme {
     /// Interpolatory √3 subdivision: three times the faces a step.
     Sqrt3,
+    /// Modified butterfly subdivision: four times the faces a step.
+    Butterfly,
+}
+
+impl From<Scheme> for tercet::Scheme {
+    fn from(scheme: Scheme) -> Self {
+        match scheme {
+            Scheme::Sqrt3 => tercet::Scheme::Sqrt3,
+            Scheme::Butterfly => tercet::Scheme::Butterfly,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum LevelScheme {
+    /// √3 or butterfly levels, whichever fit.
+    Auto,
+    /// √3 levels as long as they fit.
+    Sqrt3,
+    /// Butterfly levels as long as they fit.
+    Butterfly,
+    /// Neither: every level's connectivity is stored.
+    Adaptive,
+}
+
+impl From<LevelScheme> for tercet::LevelScheme {
+    fn from(scheme: LevelScheme) -> Self {
+        match scheme {
+            LevelScheme::Auto => tercet::LevelScheme::Auto,
+            LevelScheme::Sqrt3 => tercet::LevelScheme::Sqrt3,
+            LevelScheme::Butterfly => tercet::LevelScheme::Butterfly,
+            LevelScheme::Adaptive => tercet::LevelScheme::Adaptive,
+        }
+    }
 }
 
 pub fn format(name: &str) -> Result<Format, String> {

@@ -5,7 +5,7 @@
 //! with another word size, runs both, and fails unless they print the same lines.
 
 use tercet::shapes::{annulus, grid, icosahedron, join, noisy, scan, shuffled, soup, sphere, torus};
-use tercet::{EncodeOptions, Limits, Mesh, Result, Update};
+use tercet::{EncodeOptions, Limits, Mesh, Result, Scheme, Update};
 
 fn main() -> Result<()> {
     let exact = EncodeOptions::default();
@@ -50,14 +50,19 @@ fn meshes() -> [(&'static str, Mesh); 9] {
     ]
 }
 
-/// Meshes of √3 subdivision connectivity: closed, with a boundary, and under noise.
-fn refined() -> Result<[(&'static str, Mesh); 3]> {
-    let twice = |mesh: &Mesh| tercet::subdivide(mesh, 2, &Limits::default());
+/// Meshes of either scheme's connectivity: closed, with a boundary, and under noise.
+fn refined() -> Result<[(&'static str, Mesh); 6]> {
+    let refined = |mesh: &Mesh, scheme| tercet::subdivide(mesh, scheme, 2, &Limits::default());
+    let twice = |mesh: &Mesh| refined(mesh, Scheme::Sqrt3);
+    let quartered = |mesh: &Mesh| refined(mesh, Scheme::Butterfly);
     let closed = twice(&icosahedron())?;
     Ok([
         ("closed √3", shuffled(&closed, 7)),
         ("open √3", shuffled(&twice(&grid(4, 3))?, 8)),
         ("noisy √3", noisy(&twice(&scan(60, 9))?, 0.002, 10)),
+        ("closed butterfly", shuffled(&quartered(&icosahedron())?, 7)),
+        ("open butterfly", shuffled(&quartered(&grid(4, 3))?, 8)),
+        ("noisy butterfly", noisy(&quartered(&scan(60, 9))?, 0.002, 10)),
     ])
 }
 

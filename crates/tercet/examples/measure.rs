@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! measure convert MESH OUT.ply          positions and faces only
-//! measure refine MESH OUT.ply STEPS     √3 steps, noise, vertices and faces shuffled
+//! measure refine MESH OUT.ply SCHEME STEPS NOISE   sqrt3 or butterfly steps, noise as a part of the
+//!                                                mean edge, vertices and faces shuffled
 //! measure encode MESH.ply OUT.tct BITS  BITS is a number or "exact"
 //! measure decode FILE.tct
 //! ```
@@ -16,7 +17,7 @@ use std::fs;
 use std::path::Path;
 use std::time::Instant;
 use tercet::io::{self, Format};
-use tercet::{EncodeOptions, Limits, Mesh};
+use tercet::{EncodeOptions, Limits, Mesh, Scheme};
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
@@ -24,7 +25,9 @@ fn main() -> Result<()> {
     let words: Vec<String> = std::env::args().skip(1).collect();
     match words.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["convert", mesh, out] => write(&read(mesh)?, out),
-        ["refine", mesh, out, steps] => write(&refine(&read(mesh)?, steps.parse()?)?, out),
+        ["refine", mesh, out, scheme, steps, noise] => {
+            write(&refine(&read(mesh)?, self::scheme(scheme)?, steps.parse()?, noise.parse()?)?, out)
+        }
         ["encode", mesh, out, bits] => encode(mesh, out, bits),
         ["decode", file] => decode(file),
         _ => Err("usage: see the head of examples/measure.rs".into()),
@@ -58,10 +61,10 @@ fn decode(file: &str) -> Result<()> {
 }
 
 /// Refines, then hides what would give the refinement away but the connectivity itself.
-fn refine(base: &Mesh, steps: u32) -> Result<Mesh> {
-    let fine = tercet::subdivide(base, steps, &Limits::default())?;
+fn refine(base: &Mesh, scheme: Scheme, steps: u32, noise: f32) -> Result<Mesh> {
+    let fine = tercet::subdivide(base, scheme, steps, &Limits::default())?;
     let mut random = Random(1);
-    let noise = mean_edge(&fine) * 0.02;
+    let noise = mean_edge(&fine) * noise;
     let order = random.permutation(fine.positions.len());
     let mut mesh = Mesh { positions: vec![[0.0; 3]; fine.positions.len()], faces: Vec::new() };
     for (position, &to) in fine.positions.iter().zip(&order) {
@@ -71,6 +74,14 @@ fn refine(base: &Mesh, steps: u32) -> Result<Mesh> {
         mesh.faces.push(fine.faces[f].map(|v| order[v as usize] as u32));
     }
     Ok(mesh)
+}
+
+fn scheme(name: &str) -> Result<Scheme> {
+    match name {
+        "sqrt3" => Ok(Scheme::Sqrt3),
+        "butterfly" => Ok(Scheme::Butterfly),
+        _ => Err("schemes are sqrt3 and butterfly".into()),
+    }
 }
 
 /// The mean length of the faces' first edges.

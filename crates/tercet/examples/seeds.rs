@@ -4,7 +4,7 @@
 
 use std::path::PathBuf;
 use tercet::shapes::{annulus, grid, icosahedron, scan, soup};
-use tercet::{EncodeOptions, Limits, Mesh, Update};
+use tercet::{EncodeOptions, Limits, Mesh, Scheme, Update};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = PathBuf::from(std::env::args_os().nth(1).ok_or("usage: seeds FOLDER")?);
@@ -12,13 +12,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let ordered = EncodeOptions { keep_order: true, ..exact };
     let lattice = EncodeOptions { bits: Some(8), ..exact };
     let lifted = EncodeOptions { update: Update::Third, ..lattice };
-    let refined = |mesh: &Mesh| tercet::subdivide(mesh, 2, &Limits::default());
+    let refined = |mesh: &Mesh, scheme| tercet::subdivide(mesh, scheme, 2, &Limits::default());
     for (name, mesh, options) in [
         ("closed_adaptive", scan(60, 1), lattice),
-        ("closed_sqrt3", refined(&icosahedron())?, lifted),
-        ("boundary_sqrt3", refined(&grid(2, 3))?, lifted),
-        ("boundary_on_a_grid", grid(4, 4), exact),
-        ("boundaries_exact", annulus(8, 2), exact),
+        ("closed_sqrt3", refined(&icosahedron(), Scheme::Sqrt3)?, lifted),
+        ("boundary_sqrt3", refined(&grid(2, 3), Scheme::Sqrt3)?, lifted),
+        ("closed_butterfly", refined(&icosahedron(), Scheme::Butterfly)?, lattice),
+        ("boundary_butterfly", refined(&grid(1, 2), Scheme::Butterfly)?, lifted),
+        ("boundary_on_a_grid", grid(5, 4), exact),
+        ("boundaries_exact", annulus(9, 2), exact),
         ("defects_exact_order_kept", soup(24, 2), ordered),
     ] {
         let file = tercet::encode(&mesh, &options)?.bytes;

@@ -32,7 +32,7 @@ pub struct Info {
 pub struct LevelInfo {
     /// 0 is the base.
     pub level: u32,
-    /// "base", "adaptive" or "sqrt3".
+    /// "base", "adaptive", "sqrt3" or "butterfly".
     pub kind: &'static str,
     /// How its details moved the vertices of the level below.
     pub update: Update,
@@ -56,6 +56,7 @@ impl Info {
                 LevelKind::Base => "base",
                 LevelKind::Adaptive => "adaptive",
                 LevelKind::Sqrt3Even | LevelKind::Sqrt3Odd => "sqrt3",
+                LevelKind::Butterfly => "butterfly",
             },
             update: rule(entry),
             vertices: entry.vertices,
@@ -244,6 +245,7 @@ impl Decoder {
             LevelKind::Adaptive => StepKind::Adaptive,
             LevelKind::Sqrt3Even => StepKind::Sqrt3Even,
             LevelKind::Sqrt3Odd => StepKind::Sqrt3Odd,
+            LevelKind::Butterfly => StepKind::Butterfly,
         };
         let coarse = &self.levels.surface;
         self.kept = coarse.vertices - coarse.virtuals;

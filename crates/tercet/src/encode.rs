@@ -8,7 +8,7 @@ use crate::entropy::Encoder;
 use crate::mesh::{Cut, Lattice, Mesh, Surface, box_lattice, cut, next, prev};
 use crate::metrics::LevelErrors;
 use crate::reverse::{Hierarchy, Reduction, StepKind, lift};
-use crate::{Error, Limits, Result, Update};
+use crate::{Error, LevelScheme, Limits, Result, Update};
 
 /// What to keep, and how.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -18,8 +18,10 @@ pub struct EncodeOptions {
     pub bits: Option<u8>,
     /// Whether vertices and faces come back in the order of the original.
     pub keep_order: bool,
-    /// How the details of √3 levels move the vertices that a coarser level keeps.
+    /// How the details of √3 and butterfly levels move the vertices that a coarser level keeps.
     pub update: Update,
+    /// Which levels without connectivity bits are looked for.
+    pub scheme: LevelScheme,
 }
 
 /// A file and what it consists of.
@@ -81,7 +83,7 @@ pub fn encode_with(
     positions.extend(vertex_source.iter().map(|&v| lattice.quantise(mesh.positions[v as usize])));
     let total = vertex_source.len() as u64;
     let mut errors = LevelErrors::new(mesh, &surface, &vertex_source, &lattice);
-    let hierarchy = Hierarchy::build(surface, positions, options.update, |reached| {
+    let hierarchy = Hierarchy::build(surface, positions, options.scheme, options.update, |reached| {
         progress(Progress { stage: "reducing", done: total - reached.left() as u64, total });
         errors.measure(reached);
     });
@@ -196,6 +198,7 @@ impl Writer {
             StepKind::Adaptive => LevelKind::Adaptive,
             StepKind::Sqrt3Even => LevelKind::Sqrt3Even,
             StepKind::Sqrt3Odd => LevelKind::Sqrt3Odd,
+            StepKind::Butterfly => LevelKind::Butterfly,
         };
         self.finish(coder, kind, before);
         Ok(())
@@ -231,7 +234,7 @@ impl Writer {
             coder.bits() - if kind == LevelKind::Base { self.connectivity_bits } else { before };
         let surface = &self.levels.surface;
         let virtual_faces = (0..surface.faces()).filter(|&f| surface.is_virtual_face(f)).count() as u32;
-        let lifted = matches!(kind, LevelKind::Sqrt3Even | LevelKind::Sqrt3Odd);
+        let lifted = !matches!(kind, LevelKind::Base | LevelKind::Adaptive);
         self.entries.push(LevelEntry {
             kind,
             update: match self.rule {

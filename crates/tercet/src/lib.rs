@@ -39,7 +39,8 @@ pub use encode::{EncodeOptions, Encoded, Progress, encode, encode_with};
 pub use error::{Error, Result};
 pub use limits::Limits;
 pub use mesh::{Mesh, Precision};
-pub use subdivide::{Update, subdivide};
+pub use reverse::LevelScheme;
+pub use subdivide::{Scheme, Update, subdivide};
 
 /// The README's Rust is compiled and run with the documentation's.
 #[cfg(doctest)]

@@ -7,13 +7,13 @@ mod common;
 
 use common::file::File;
 use common::holed;
-use common::sqrt3::refined;
+use common::{butterfly, sqrt3};
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::PathBuf;
 use tercet::io::{self, Format};
 use tercet::shapes::{annulus, grid, icosahedron, join, noisy, soup, torus};
-use tercet::{EncodeOptions, Error, Limits, Mesh, Precision, Update, decode, encode};
+use tercet::{EncodeOptions, Error, LevelScheme, Limits, Mesh, Precision, Update, decode, encode};
 
 fn folder() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../spec/golden")
@@ -31,12 +31,15 @@ fn originals() -> Vec<(&'static str, Mesh, EncodeOptions)> {
     cut.faces.push([1, 1, 4]);
     vec![
         ("empty", Mesh::default(), exact),
-        ("sqrt3_closed", noisy(&refined(&icosahedron(), 2), 0.01, 1), third),
-        ("sqrt3_boundary", noisy(&refined(&grid(2, 3), 2), 0.01, 2), paper),
+        ("sqrt3_closed", noisy(&sqrt3::refined(&icosahedron(), 2), 0.01, 1), third),
+        ("sqrt3_boundary", noisy(&sqrt3::refined(&grid(2, 3), 2), 0.01, 2), paper),
+        ("butterfly_closed", noisy(&butterfly::refined(&icosahedron(), 2), 0.01, 6), third),
+        ("butterfly_boundary", noisy(&butterfly::refined(&holed(), 1), 0.01, 7), paper),
         ("adaptive_boundary", noisy(&holed(), 0.01, 3), lattice),
         ("binary_order_merges_leftovers", quantised(&cut, 64.0), ordered),
         ("decimal", quantised(&noisy(&annulus(11, 3), 0.02, 4), 1000.0), exact),
-        ("refined", noisy(&torus(10, 8), 0.02, 5), exact),
+        // Of an encoder that knew √3 levels only: this torus divides by a butterfly step too.
+        ("refined", noisy(&torus(10, 8), 0.02, 5), EncodeOptions { scheme: LevelScheme::Sqrt3, ..exact }),
     ]
 }
 
@@ -155,8 +158,11 @@ fn the_valid_files_have_every_kind_of_level_section_and_precision() {
             Precision::Refined { .. } => "refined",
         });
     }
-    // Base and adaptive; √3 of both generations under both updates.
-    assert!([0x00, 0x01, 0x12, 0x22, 0x23].iter().all(|kind| levels.contains(kind)), "{levels:02x?}");
+    // Base and adaptive; √3 of both generations under both updates, and butterfly.
+    assert!(
+        [0x00, 0x01, 0x12, 0x22, 0x23, 0x14, 0x24].iter().all(|kind| levels.contains(kind)),
+        "{levels:02x?}"
+    );
     assert!((1..=5).all(|kind| sections.contains(&kind)), "{sections:?}");
     assert_eq!(precisions.len(), 4, "{precisions:?}");
 }

@@ -157,8 +157,8 @@ fn fields_that_contradict_the_payloads_give_an_error_or_a_sound_mesh() {
             match round % 6 {
                 0 => level.vertices = near(level.vertices, &mut random),
                 1 => level.faces = near(level.faces, &mut random),
-                2 if k > 0 => level.kind = 1 + random.below(3) as u8,
-                3 if k > 0 => level.kind = 2 + random.below(2) as u8 + 16 * random.below(3) as u8,
+                2 if k > 0 => level.kind = 1 + random.below(4) as u8,
+                3 if k > 0 => level.kind = 2 + random.below(3) as u8 + 16 * random.below(3) as u8,
                 4 => file.vertices = near(file.vertices, &mut random),
                 _ => file.faces = near(file.faces, &mut random),
             }
@@ -209,7 +209,7 @@ fn surfaces_that_no_encoder_would_write_are_decoded_soundly() {
         for k in 1..5 {
             let length = random.below(120);
             file.sections[k].payload = random.bytes(length);
-            file.level(k).kind = 1 + random.below(3) as u8 + 16 * random.below(3) as u8;
+            file.level(k).kind = 1 + random.below(4) as u8 + 16 * random.below(3) as u8;
         }
         for _ in 0..16 {
             let (levels, error) = attempt(&file.bytes());

@@ -4,7 +4,7 @@ mod common;
 
 use common::{drain, meshes};
 use tercet::shapes::{icosahedron, sphere};
-use tercet::{Decoder, EncodeOptions, Level, Limits, Mesh, Update, encode, subdivide};
+use tercet::{Decoder, EncodeOptions, Level, Limits, Mesh, Scheme, Update, encode, subdivide};
 
 fn levels(mesh: &Mesh, options: &EncodeOptions) -> Vec<Level> {
     let file = encode(mesh, options).unwrap().bytes;
@@ -43,19 +43,21 @@ fn a_level_keeps_the_vertices_of_the_level_below_in_their_order() {
 /// A level whose details are all zero is what it is without them, up to the lattice.
 #[test]
 fn a_subdivided_mesh_lies_where_it_is_predicted() {
-    let mesh = subdivide(&icosahedron(), 3, &Limits::default()).unwrap();
     let bits = 14;
     let step = 4.0 / ((1 << bits) - 1) as f32;
-    for update in [Update::None, Update::Third] {
-        let levels = levels(&mesh, &EncodeOptions { bits: Some(bits), update, ..Default::default() });
-        let finest = levels.last().unwrap();
-        let predicted = finest.predicted.as_ref().unwrap();
-        let far = predicted
-            .iter()
-            .zip(&finest.mesh.positions)
-            .flat_map(|(p, q)| [0, 1, 2].map(|k| (p[k] - q[k]).abs()));
-        let far = far.fold(0.0, f32::max);
-        assert!(far < 3.0 * step, "{update:?}: {far}");
+    for scheme in [Scheme::Sqrt3, Scheme::Butterfly] {
+        let mesh = subdivide(&icosahedron(), scheme, 3, &Limits::default()).unwrap();
+        for update in [Update::None, Update::Third] {
+            let levels = levels(&mesh, &EncodeOptions { bits: Some(bits), update, ..Default::default() });
+            let finest = levels.last().unwrap();
+            let predicted = finest.predicted.as_ref().unwrap();
+            let far = predicted
+                .iter()
+                .zip(&finest.mesh.positions)
+                .flat_map(|(p, q)| [0, 1, 2].map(|k| (p[k] - q[k]).abs()));
+            let far = far.fold(0.0, f32::max);
+            assert!(far < 3.0 * step, "{scheme:?}, {update:?}: {far}");
+        }
     }
 }
 

@@ -6,7 +6,7 @@ use common::{holed, levels, meshes, options};
 use proptest::prelude::*;
 use tercet::shapes::{annulus, grid, join, noisy, scan, shuffled, soup, sphere, torus};
 use tercet::verify::{Sameness, compare, quantised};
-use tercet::{EncodeOptions, Level, Mesh, Update, encode};
+use tercet::{EncodeOptions, Level, LevelScheme, Limits, Mesh, Scheme, Update, encode, subdivide};
 
 /// Encodes, decodes, and checks everything that holds of any mesh.
 fn check(mesh: &Mesh, options: &EncodeOptions) -> Result<(), String> {
@@ -103,6 +103,15 @@ fn the_base_of_a_larger_mesh_is_small_and_errors_fall_towards_the_finest_level()
     }
 }
 
+/// Subdivision steps, any scheme after any other.
+fn any_steps() -> impl Strategy<Value = Vec<Scheme>> {
+    prop::collection::vec(prop::sample::select(vec![Scheme::Sqrt3, Scheme::Butterfly]), 0..3)
+}
+
+fn refined(base: Mesh, steps: &[Scheme]) -> Mesh {
+    steps.iter().fold(base, |mesh, &scheme| subdivide(&mesh, scheme, 1, &Limits::default()).unwrap())
+}
+
 fn any_mesh() -> impl Strategy<Value = Mesh> {
     let shape = prop_oneof![
         (4usize..200, any::<u64>()).prop_map(|(n, seed)| scan(n, seed)),
@@ -110,6 +119,8 @@ fn any_mesh() -> impl Strategy<Value = Mesh> {
         (1usize..9, 1usize..9).prop_map(|(n, m)| grid(n, m)),
         (3usize..12, 1usize..5).prop_map(|(n, m)| annulus(n, m)),
         (1usize..60, any::<u64>()).prop_map(|(n, seed)| soup(n, seed)),
+        (4usize..30, any::<u64>(), any_steps()).prop_map(|(n, seed, steps)| refined(scan(n, seed), &steps)),
+        (1usize..5, 1usize..5, any_steps()).prop_map(|(n, m, steps)| refined(grid(n, m), &steps)),
         Just(holed()),
     ];
     let parts = prop::collection::vec(shape, 1..4).prop_map(|parts| join(&parts));
@@ -121,12 +132,11 @@ fn any_mesh() -> impl Strategy<Value = Mesh> {
 }
 
 fn any_options() -> impl Strategy<Value = EncodeOptions> {
-    let update = prop_oneof![Just(Update::None), Just(Update::Third), Just(Update::Paper)];
-    (prop::option::of(4u8..=24), any::<bool>(), update).prop_map(|(bits, keep_order, update)| EncodeOptions {
-        bits,
-        keep_order,
-        update,
-    })
+    use LevelScheme::{Adaptive, Auto, Butterfly, Sqrt3};
+    let update = prop::sample::select(vec![Update::None, Update::Third, Update::Paper]);
+    let scheme = prop::sample::select(vec![Auto, Sqrt3, Butterfly, Adaptive]);
+    let all = (prop::option::of(4u8..=24), any::<bool>(), update, scheme);
+    all.prop_map(|(bits, keep_order, update, scheme)| EncodeOptions { bits, keep_order, update, scheme })
 }
 
 proptest! {

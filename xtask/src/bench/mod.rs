@@ -19,10 +19,14 @@ use std::path::{Path, PathBuf};
 
 /// Meshes with more vertices than this have times long enough to compare.
 const TIMED_VERTICES: u64 = 10_000;
-/// Meshes with at most this many vertices serve as bases of √3 meshes.
+/// Meshes with at most this many vertices serve as bases of refined meshes.
 const BASE_VERTICES: u64 = 8_000;
-const SQRT3_STEPS: u32 = 2;
-const SQRT3_BITS: u8 = 12;
+const REFINED_STEPS: u32 = 2;
+const REFINED_BITS: u8 = 12;
+/// As parts of the mean edge; without noise, details are rounding only.
+const NOISE: [f32; 2] = [0.02, 0.0];
+/// Subdivision schemes: as a table's name and in its title.
+const SCHEMES: [(&str, &str); 2] = [("sqrt3", "√3"), ("butterfly", "Butterfly")];
 
 struct Options {
     corpus: PathBuf,
@@ -44,7 +48,7 @@ impl Options {
             bits: arguments.list("--bits")?.unwrap_or_else(|| vec![10, 12, 14]),
             tables: arguments
                 .list("--tables")?
-                .unwrap_or_else(|| ["lattice", "sqrt3", "exact"].map(String::from).to_vec()),
+                .unwrap_or_else(|| ["lattice", "sqrt3", "butterfly", "exact"].map(String::from).to_vec()),
             runs: arguments.value("--runs")?.unwrap_or(5).max(1),
             write: arguments.flag("--write"),
         };
@@ -78,11 +82,12 @@ pub fn run(words: &[String]) -> Result<()> {
             text += &report::lattice(&format!("On a lattice of {bits} bits"), &rows);
         }
     }
-    if options.wants("sqrt3") {
-        let refined = refined(&subjects, &ours, &scratch)?;
-        let rows = lattice_rows(&refined, SQRT3_BITS, options.runs, &ours, &scratch)?;
+    for (scheme, title) in SCHEMES.into_iter().filter(|(scheme, _)| options.wants(scheme)) {
+        let refined = refined(&subjects, scheme, &ours, &scratch)?;
+        let rows = lattice_rows(&refined, REFINED_BITS, options.runs, &ours, &scratch)?;
         let title = format!(
-            "√3 connectivity: {SQRT3_STEPS} steps on an irregular base, noise, shuffled; {SQRT3_BITS} bits"
+            "{title} connectivity: {REFINED_STEPS} steps on an irregular base, shuffled, with noise of a part of \
+             the mean edge and without; {REFINED_BITS} bits"
         );
         text += &report::lattice(&title, &rows);
     }
@@ -119,15 +124,23 @@ fn subjects(options: &Options, ours: &ours::Program, scratch: &Scratch) -> Resul
     Ok(subjects)
 }
 
-/// The small subjects after √3 steps, with noise and shuffled. Meshes that √3 refinement refuses are left out.
-fn refined(subjects: &[Subject], ours: &ours::Program, scratch: &Scratch) -> Result<Vec<Subject>> {
+/// The small subjects after steps of a scheme, shuffled, with noise and without. Meshes that refinement
+/// refuses are left out.
+fn refined(
+    subjects: &[Subject],
+    scheme: &str,
+    ours: &ours::Program,
+    scratch: &Scratch,
+) -> Result<Vec<Subject>> {
     let mut refined = Vec::new();
     for base in subjects.iter().filter(|base| base.vertices <= BASE_VERTICES) {
-        let name = format!("{}-sqrt3", base.name);
-        let ply = scratch.file(&format!("{name}.ply"));
-        match ours.refine(&base.ply, &ply, SQRT3_STEPS) {
-            Ok((vertices, faces)) => refined.push(Subject { name, ply, vertices, faces }),
-            Err(error) => println!("{name}: left out: {error:#}"),
+        for noise in NOISE {
+            let name = format!("{}-{scheme}-{noise}", base.name);
+            let ply = scratch.file(&format!("{name}.ply"));
+            match ours.refine(&base.ply, &ply, scheme, REFINED_STEPS, noise) {
+                Ok((vertices, faces)) => refined.push(Subject { name, ply, vertices, faces }),
+                Err(error) => println!("{name}: left out: {error:#}"),
+            }
         }
     }
     Ok(refined)

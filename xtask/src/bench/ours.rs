@@ -36,9 +36,18 @@ impl Program {
         Ok((facts.number("vertices")?, facts.number("faces")?))
     }
 
-    /// Refines a mesh by √3 steps, adds noise and shuffles it.
-    pub fn refine(&self, mesh: &Path, out: &Path, steps: u32) -> Result<(u64, u64)> {
-        let facts = Facts::of(self.task("refine").arg(mesh).arg(out).arg(steps.to_string()))?;
+    /// Refines a mesh by steps of a scheme, adds noise, a part of the mean edge, and shuffles it.
+    pub fn refine(
+        &self,
+        mesh: &Path,
+        out: &Path,
+        scheme: &str,
+        steps: u32,
+        noise: f32,
+    ) -> Result<(u64, u64)> {
+        let mut task = self.task("refine");
+        task.arg(mesh).arg(out).args([scheme, &steps.to_string(), &noise.to_string()]);
+        let facts = Facts::of(&mut task)?;
         Ok((facts.number("vertices")?, facts.number("faces")?))
     }
 

@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use tercet::io::Format;
 use tercet::{EncodeOptions, Encoded, Limits, Mesh};
 
-use crate::args::UpdateRule;
+use crate::args::{LevelScheme, UpdateRule};
 use crate::console::Console;
 use crate::{Outcome, args, files, report};
 
@@ -24,7 +24,11 @@ pub struct EncodeArgs {
     /// Restore the order of vertices and faces too.
     #[arg(long)]
     pub keep_order: bool,
-    /// How vertices of √3 levels make up for the ones removed.
+    /// Which levels that need no connectivity to look for. Where the mesh is not refined by the
+    /// scheme, and below the levels that are, levels are adaptive; the table names the kinds.
+    #[arg(long, value_name = "SCHEME", default_value = "auto")]
+    pub scheme: LevelScheme,
+    /// How vertices of √3 and butterfly levels make up for the ones removed.
     #[arg(long, value_name = "RULE", default_value = "none")]
     pub update: UpdateRule,
     /// The format of MESH [default: by its suffix].
@@ -35,7 +39,12 @@ pub struct EncodeArgs {
 pub fn encode(args: &EncodeArgs, limits: &Limits, console: &Console) -> Result<Outcome> {
     let output = args.output.clone().unwrap_or_else(|| files::with_suffix(&args.mesh, "tct"));
     let mesh = files::read_mesh(&args.mesh, args.format, limits, console)?;
-    let options = EncodeOptions { bits: args.bits, keep_order: args.keep_order, update: args.update.into() };
+    let options = EncodeOptions {
+        bits: args.bits,
+        keep_order: args.keep_order,
+        update: args.update.into(),
+        scheme: args.scheme.into(),
+    };
     let encoded = encode_shown(&mesh, &options, console).with_context(|| files::name(&args.mesh))?;
     files::write_bytes(&encoded.bytes, &output)?;
     console.report(&summary(&encoded), &output)?;

@@ -70,6 +70,25 @@ fn sqrt3_levels_are_named() {
 }
 
 #[test]
+fn the_scheme_decides_which_levels_are_looked_for_and_the_table_names_them() {
+    let folder = Folder::new("info-scheme");
+    folder.write_mesh("ico.ply", &shapes::scan(60, 1));
+    folder.good("subdivide ico.ply -o fine.ply --scheme butterfly --steps 2");
+    for (scheme, kind) in
+        [("auto", "butterfly"), ("butterfly", "butterfly"), ("sqrt3", "adaptive"), ("adaptive", "adaptive")]
+    {
+        let table = folder.good(&format!("encode fine.ply --bits 12 --scheme {scheme}"));
+        let info: Value = serde_json::from_str(&folder.good("info fine.tct --json")).unwrap();
+        let levels = info["levels"].as_array().unwrap();
+        assert!(levels.iter().rev().take(2).all(|level| level["kind"] == kind), "{scheme}: {table}");
+        assert!(table.contains(kind), "{scheme}: {table}");
+        // Where the scheme does not fit, levels are adaptive; the file restores the mesh all the same.
+        assert_eq!(levels[1]["kind"], "adaptive", "{scheme}: {table}");
+        folder.good("verify fine.ply fine.tct --quiet");
+    }
+}
+
+#[test]
 fn the_beginning_of_a_file_is_enough() {
     let folder = Folder::new("info-beginning");
     folder.write_mesh("scan.ply", &shapes::scan(1500, 1));

@@ -4,11 +4,19 @@ use crate::Folder;
 use tercet::shapes;
 
 #[test]
-fn each_step_triples_the_faces_of_a_closed_mesh() {
+fn each_step_triples_or_quadruples_the_faces_of_a_closed_mesh() {
     let folder = Folder::new("subdivide-closed");
     folder.write_mesh("ico.obj", &shapes::icosahedron());
-    for (steps, faces) in [(0, 20), (1, 60), (2, 180), (3, 540)] {
-        folder.good(&format!("subdivide ico.obj -o out.ply --scheme sqrt3 --steps {steps}"));
+    for (scheme, steps, faces) in [
+        ("sqrt3", 0, 20),
+        ("sqrt3", 1, 60),
+        ("sqrt3", 2, 180),
+        ("sqrt3", 3, 540),
+        ("butterfly", 0, 20),
+        ("butterfly", 1, 80),
+        ("butterfly", 2, 320),
+    ] {
+        folder.good(&format!("subdivide ico.obj -o out.ply --scheme {scheme} --steps {steps}"));
         let mesh = folder.mesh("out.ply");
         assert_eq!((mesh.faces.len(), mesh.positions.len()), (faces, faces / 2 + 2));
     }

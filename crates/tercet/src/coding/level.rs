@@ -12,7 +12,7 @@ use super::vector::{COORDINATE_LIMIT, Point, Vector};
 use crate::entropy::Coder;
 use crate::mesh::{NONE, Surface};
 use crate::subdivide::{
-    Refined, StepKind, Update, odd_applies, predict_sqrt3, refine, refine_sqrt3, round, unlift_positions,
+    Refined, StepKind, Update, applies, predict_regular, refine, refine_regular, round, unlift_positions,
 };
 use crate::{Error, Limits, Result};
 
@@ -119,14 +119,14 @@ impl Levels {
             // A closed surface gains two faces with each vertex.
             check_faces(surface.faces() as u64 + 2 * found)
         };
-        if kind == StepKind::Sqrt3Odd && !odd_applies(surface) {
-            return Err(Error::format("level", "a √3 step that does not apply to the boundary"));
+        if !applies(surface, kind) {
+            return Err(Error::format("level", "a step that does not apply to the boundary"));
         }
         if kind != StepKind::Adaptive {
-            let estimates = predict_sqrt3(surface, kind, &self.positions);
+            let estimates = predict_regular(surface, kind, &self.positions);
             announced(estimates.len() as u64)?;
-            let refined = refine_sqrt3(surface, kind)
-                .ok_or_else(|| Error::format("level", "a √3 step that does not apply to the boundary"))?;
+            let refined = refine_regular(surface, kind)
+                .ok_or_else(|| Error::format("level", "a step that does not apply to the boundary"))?;
             return Ok(Step { kind, refined, estimates });
         }
         split.resize(surface.faces() as usize, false);

@@ -26,6 +26,8 @@ pub(crate) enum LevelKind {
     Sqrt3Even,
     /// One √3 step from an odd generation: boundary edges are cut in three.
     Sqrt3Odd,
+    /// One butterfly step, without connectivity bits: every face becomes four.
+    Butterfly,
 }
 
 /// What the analysis added to the even positions after predicting the odd ones.
@@ -191,6 +193,7 @@ impl LevelEntry {
             LevelKind::Adaptive => 1,
             LevelKind::Sqrt3Even => 2,
             LevelKind::Sqrt3Odd => 3,
+            LevelKind::Butterfly => 4,
         };
         let update = match self.update {
             UpdateRule::None => 0,
@@ -210,6 +213,7 @@ impl LevelEntry {
             1 => LevelKind::Adaptive,
             2 => LevelKind::Sqrt3Even,
             3 => LevelKind::Sqrt3Odd,
+            4 => LevelKind::Butterfly,
             kind => return Err(unsupported(format!("level kind {kind}"))),
         };
         let update = match byte >> 4 {

@@ -74,7 +74,7 @@ fn expected(outline: &Outline, payloads: &[Vec<u8>]) -> Arrived {
 
 /// A file with the given header bytes, its length and checksum in order, and no sections.
 fn with_header(header: &[u8]) -> Vec<u8> {
-    let mut bytes = vec![0x8A, b'T', b'C', b'T', 1];
+    let mut bytes = vec![0x8A, b'T', b'C', b'T', VERSION];
     varint::write(&mut bytes, header.len() as u64);
     bytes.extend(header);
     bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
@@ -329,7 +329,7 @@ fn features_of_later_versions_are_unsupported() {
     assert!(unsupported(&changed(0, 0x80)), "a reserved flag");
     assert!(unsupported(&changed(1, 2)), "two streams");
     assert!(unsupported(&changed(2, 4)), "a precision");
-    assert!(unsupported(&changed(kind, 4)), "a level kind");
+    assert!(unsupported(&changed(kind, 5)), "a level kind");
     assert!(unsupported(&changed(kind, 0x30)), "an update rule");
     for code in [0, 6, 127] {
         assert!(unsupported(&with_table(&[&[2], BASE, &[code, 0, 0, 0, 0, 0]])), "section type {code}");
@@ -409,7 +409,8 @@ fn precisions() -> impl Strategy<Value = Precision> {
 }
 
 fn level_lists() -> impl Strategy<Value = Vec<LevelEntry>> {
-    let kinds = prop::sample::select(vec![LevelKind::Adaptive, LevelKind::Sqrt3Even, LevelKind::Sqrt3Odd]);
+    use LevelKind::{Adaptive, Butterfly, Sqrt3Even, Sqrt3Odd};
+    let kinds = prop::sample::select(vec![Adaptive, Sqrt3Even, Sqrt3Odd, Butterfly]);
     let updates = prop::sample::select(vec![UpdateRule::None, UpdateRule::Third, UpdateRule::Paper]);
     let entry = (kinds, updates, 0..1u32 << 28, 0..1u32 << 28, 0.0f32..1e9);
     prop::collection::vec(entry, 1..9).prop_map(|entries| {

@@ -14,7 +14,7 @@
 //! last bit are used, `+ − · / √` and conversions, in a fixed order: the same on every platform.
 
 use super::distance::{Feature, Nearest, Vector, dot, sub, to_edge, to_triangle};
-use crate::mesh::{Lattice, Mesh, NONE, Surface, bounds};
+use crate::mesh::{Lattice, Mesh, NONE, Surface, bounds, next, prev};
 use crate::reverse::{Hierarchy, Reduction, StepKind};
 
 /// One vertex in this many is looked at, within these bounds: more would not make the mean
@@ -109,7 +109,8 @@ struct Heirs<'a> {
     fine: &'a Surface,
     /// For each fine vertex that refinement inserts, the coarse face that it inserts it in.
     of_vertex: Vec<u32>,
-    /// For each fine face that refinement leaves alone, itself on the coarse surface.
+    /// For each fine face that refinement leaves alone, itself on the coarse surface; for each that
+    /// a butterfly step makes, the coarse face that it is a part of.
     of_face: Vec<u32>,
 }
 
@@ -117,6 +118,14 @@ impl<'a> Heirs<'a> {
     fn new(fine: &'a Surface, step: &Reduction) -> Self {
         let mut of_vertex = vec![NONE; fine.vertices as usize];
         let mut of_face = vec![NONE; fine.faces() as usize];
+        if step.kind == StepKind::Butterfly {
+            for (f, &anchor) in (0..).zip(&step.anchor) {
+                for part in quarters(fine, anchor) {
+                    of_face[(part / 3) as usize] = f;
+                }
+            }
+            return Heirs { fine, of_vertex, of_face };
+        }
         for (f, (&anchor, &split)) in (0..).zip(step.anchor.iter().zip(&step.split)) {
             match anchor {
                 NONE => {}
@@ -135,6 +144,15 @@ impl<'a> Heirs<'a> {
     fn of(&self, f: u32) -> u32 {
         let removed = self.fine.face(f).map(|v| self.of_vertex[v as usize]);
         removed.into_iter().find(|&heir| heir != NONE).unwrap_or(self.of_face[f as usize])
+    }
+}
+
+/// Corners of the faces that a butterfly step made of the coarse face with this anchor; of a virtual
+/// one, which has two, each twice.
+fn quarters(fine: &Surface, anchor: u32) -> [u32; 4] {
+    match fine.is_virtual(fine.at(anchor)) {
+        true => [anchor, anchor, fine.swing(anchor), fine.swing(anchor)],
+        false => [anchor, fine.across(anchor), fine.across(next(anchor)), fine.across(prev(anchor))],
     }
 }
 

@@ -1,6 +1,6 @@
 //! All reverse steps of a surface, down to the base.
 
-use super::{Reduction, StepKind, divide, reduce, removed};
+use super::{LevelScheme, Reduction, StepKind, reduce};
 use crate::mesh::Surface;
 use crate::subdivide::{Update, lift_positions};
 
@@ -24,12 +24,13 @@ pub(crate) struct Hierarchy {
 }
 
 impl Hierarchy {
-    /// Reduces `surface` as far as it pays. A level is a √3 step wherever the surface divides.
+    /// Reduces `surface` as far as it pays. A level is a regular step wherever `scheme` finds one.
     /// `reached` is shown the hierarchy at every level; the last of its positions are then those
     /// that the level decodes to, under an update too. Time O(n).
     pub fn build(
         surface: Surface,
         positions: Vec<[i32; 3]>,
+        scheme: LevelScheme,
         rule: Update,
         mut reached: impl FnMut(&Hierarchy),
     ) -> Hierarchy {
@@ -44,7 +45,7 @@ impl Hierarchy {
                 break;
             }
             let positions = &hierarchy.positions[level];
-            let step = match divide(fine, positions) {
+            let step = match scheme.divide(fine, positions) {
                 Some(step) => Some(step),
                 None => reduce(fine, positions).filter(|step| {
                     let gone = fine.vertices - step.coarse.vertices;
@@ -55,7 +56,7 @@ impl Hierarchy {
             let Some(step) = step else { break };
             let mut coarse: Vec<[i32; 3]> = step.kept.iter().map(|&v| positions[v as usize]).collect();
             if step.kind != StepKind::Adaptive && rule != Update::None {
-                let gone: Vec<u32> = removed(fine, &step).collect();
+                let gone = step.removed(fine);
                 let mut odd: Vec<[i32; 3]> = gone.iter().map(|&v| positions[v as usize]).collect();
                 lift_positions(&step.coarse, step.kind, &mut coarse, &mut odd, rule);
                 for (v, odd) in gone.into_iter().zip(odd) {

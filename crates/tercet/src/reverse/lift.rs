@@ -13,7 +13,8 @@ use crate::subdivide::Refined;
 /// Each coarse face ties one corner of the finer surfaces together and the rest follows across
 /// edges; vertex numbers are never compared, so it holds on complexes that are not simple. For
 /// `Sqrt3Odd` it relies on corner `3 * refined.first[f] + 3` of a split face f on the boundary
-/// being the one at p whose next vertex is q, as in [`Reduction::anchor`]. Linear time.
+/// being the one at p whose next vertex is q, as in [`Reduction::anchor`], for `Butterfly` on the
+/// middle face being the last of the four. Linear time.
 pub(crate) fn lift(refined: &Refined, reduction: &Reduction, fine: &Surface, coarse_map: &[u32]) -> Vec<u32> {
     let surface = &refined.surface;
     let mut map = vec![NONE; surface.faces() as usize];
@@ -59,9 +60,15 @@ fn seed(reduction: &Reduction, fine: &Surface, corner: u32) -> Option<(u32, u32)
     const AT_NEW_VERTEX: u32 = 8;
     /// Offset of the corner at the first new vertex of a cut boundary edge, the second one next.
     const AT_CUT: u32 = 3;
+    /// Offset of the middle face's corner across from the quartered face's corner 0.
+    const IN_MIDDLE: u32 = 9;
     let face = corner / 3;
     let turn = corner % 3;
     let anchor = reduction.anchor[face as usize];
+    if reduction.kind == StepKind::Butterfly {
+        let real = !fine.is_virtual(fine.at(anchor));
+        return real.then(|| (IN_MIDDLE, (0..turn).fold(anchor, |d, _| next(d))));
+    }
     if reduction.split[face as usize] {
         if reduction.kind == StepKind::Sqrt3Odd && on_boundary(&reduction.coarse, face) {
             // Which edge is cut orients the face already.

@@ -5,21 +5,22 @@
 //! face fixes the labels of its whole component, and a component has at most three labellings;
 //! any vertex whose faces no step could have made is even and leaves only one. A component
 //! where all three are left (a torus without extraordinary vertices, say) takes the one with the
-//! smallest details. Labels that pass the local checks of `label` make a coarse surface that
+//! smallest details. Labels that pass the local checks of `facts` make a coarse surface that
 //! refines to exactly the given one: `coarsen` carries the edges over one by one, from the edges
 //! between odd vertices that the step flipped, and never searches for them by their ends.
 
 mod coarsen;
-mod label;
+mod facts;
 
 #[cfg(test)]
 mod tests;
 
 use super::Reduction;
+use super::label::label;
 use crate::mesh::{Surface, next};
-use crate::subdivide::{FRACTION_BITS, StepKind, predict_sqrt3};
+use crate::subdivide::StepKind;
 use coarsen::coarsen;
-use label::{Facts, Labels, label};
+use facts::Facts;
 
 /// Divides `fine` if one √3 step of either generation made its connectivity, however its
 /// vertices and faces are numbered; else `None`.
@@ -40,67 +41,13 @@ pub(crate) fn divide(fine: &Surface, positions: &[[i32; 3]]) -> Option<Reduction
     };
     kinds.iter().find_map(|&kind| {
         let facts = Facts::gather(fine, kind)?;
-        let labels = label(fine, &facts)?;
-        let even = choose(fine, positions, &facts, labels)?;
+        let even = label(fine, &facts)?.settle(fine, positions, |even| coarsen(fine, &facts, even))?;
         coarsen(fine, &facts, &even)
     })
 }
 
-/// Which vertices are even: for each component that several labellings fit, the one with the
-/// smallest details, the first of equal ones.
-fn choose(fine: &Surface, positions: &[[i32; 3]], facts: &Facts, labels: Labels) -> Option<Vec<bool>> {
-    let Labels { mut even, open } = labels;
-    if open.is_empty() {
-        return Some(even);
-    }
-    const NO_COMPONENT: u32 = u32::MAX;
-    let mut component = vec![NO_COMPONENT; even.len()];
-    for (i, choice) in open.iter().enumerate() {
-        for &v in &choice.vertices {
-            component[v as usize] = i as u32;
-        }
-    }
-    // The labellings of different components do not interact: three rounds judge them all.
-    let mut best = vec![None; open.len()];
-    for round in 0..3 {
-        open.iter().for_each(|choice| choice.apply(round, &mut even));
-        let Some(reduction) = coarsen(fine, facts, &even) else { continue };
-        let mut sums = vec![0u128; open.len()];
-        for (v, detail) in details(fine, positions, &reduction) {
-            if component[v as usize] != NO_COMPONENT {
-                sums[component[v as usize] as usize] += u128::from(detail);
-            }
-        }
-        for ((best, choice), sum) in best.iter_mut().zip(&open).zip(sums) {
-            if choice.is_valid(round) && best.is_none_or(|(least, _)| sum < least) {
-                *best = Some((sum, round));
-            }
-        }
-    }
-    for (choice, best) in open.iter().zip(best) {
-        choice.apply(best?.1, &mut even);
-    }
-    Some(even)
-}
-
-/// Each odd vertex, in the order in which refinement inserts them, with the sum of its detail's
-/// absolute values in 1/256 of the lattice step.
-fn details<'a>(
-    fine: &'a Surface,
-    positions: &'a [[i32; 3]],
-    reduction: &'a Reduction,
-) -> impl Iterator<Item = (u32, u64)> + 'a {
-    let kept: Vec<[i32; 3]> = reduction.kept.iter().map(|&v| positions[v as usize]).collect();
-    let predicted = predict_sqrt3(&reduction.coarse, reduction.kind, &kept);
-    removed(fine, reduction).zip(predicted).map(|(v, q)| {
-        let p = positions[v as usize];
-        let detail = |k: usize| ((i64::from(p[k]) << FRACTION_BITS) - q[k]).unsigned_abs();
-        (v, detail(0) + detail(1) + detail(2))
-    })
-}
-
 /// The vertices of `fine` that `reduction` removes, in the order in which refinement inserts them.
-pub(crate) fn removed<'a>(fine: &'a Surface, reduction: &'a Reduction) -> impl Iterator<Item = u32> + 'a {
+pub(super) fn removed<'a>(fine: &'a Surface, reduction: &'a Reduction) -> impl Iterator<Item = u32> + 'a {
     let coarse = &reduction.coarse;
     (0..coarse.faces()).filter(|&f| reduction.split[f as usize]).flat_map(move |f| {
         let corner = reduction.anchor[f as usize];

@@ -1,6 +1,6 @@
 //! Small surfaces for tests, and a generator of repeatable random numbers.
 
-use super::{StepKind, refine, refine_sqrt3};
+use super::{StepKind, refine, refine_regular};
 use crate::mesh::{NONE, Surface, next, prev};
 use std::collections::BTreeMap;
 
@@ -147,6 +147,23 @@ pub(crate) fn union(a: &Surface, b: &Surface) -> Surface {
     }
 }
 
+/// `s` with its vertices, faces and first corners renumbered, and for each old vertex its number.
+pub(crate) fn shuffled(s: &Surface, seed: u64) -> (Surface, Vec<u32>) {
+    let mut random = Random::new(seed);
+    let mut number = random.permutation(s.virtuals);
+    number.extend(random.permutation(s.vertices - s.virtuals).into_iter().map(|v| v + s.virtuals));
+    let face = random.permutation(s.faces());
+    let turn: Vec<u32> = (0..s.faces()).map(|_| random.below(3)).collect();
+    let moved = |c: u32| 3 * face[(c / 3) as usize] + (c % 3 + turn[(c / 3) as usize]) % 3;
+    let mut t = s.clone();
+    for c in 0..s.vertex.len() as u32 {
+        t.vertex[moved(c) as usize] = number[s.at(c) as usize];
+        t.opposite[moved(c) as usize] = moved(s.across(c));
+    }
+    t.validate().unwrap();
+    (t, number)
+}
+
 /// A base of every kind.
 pub(crate) fn all() -> Vec<(&'static str, Surface)> {
     vec![
@@ -183,6 +200,26 @@ pub(crate) fn generation(i: u32) -> StepKind {
     if i.is_multiple_of(2) { StepKind::Sqrt3Even } else { StepKind::Sqrt3Odd }
 }
 
+/// `base` after √3 steps.
 pub(crate) fn refined(base: &Surface, steps: u32) -> Surface {
-    (0..steps).fold(base.clone(), |s, i| refine_sqrt3(&s, generation(i)).unwrap().surface)
+    (0..steps).fold(base.clone(), |s, i| refine_regular(&s, generation(i)).unwrap().surface)
+}
+
+/// `base` after butterfly steps.
+pub(crate) fn quartered(base: &Surface, steps: u32) -> Surface {
+    (0..steps).fold(base.clone(), |s, _| refine_regular(&s, StepKind::Butterfly).unwrap().surface)
+}
+
+/// Coarse surfaces of every kind and depth, each with a regular step that applies to it.
+pub(crate) fn regular_steps() -> Vec<(String, Surface, StepKind)> {
+    let mut steps = Vec::new();
+    for (name, base) in all() {
+        for i in 0..3 {
+            steps.push((format!("{name}, √3 step {i}"), refined(&base, i), generation(i)));
+        }
+        for i in 0..2 {
+            steps.push((format!("{name}, butterfly step {i}"), quartered(&base, i), StepKind::Butterfly));
+        }
+    }
+    steps
 }

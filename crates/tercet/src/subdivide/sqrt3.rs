@@ -28,12 +28,12 @@ use crate::mesh::{NONE, Surface, next, prev};
 ///           w                 and behind it at p' with p next
 /// ```
 ///
-/// Returns `None` if the odd step does not apply (see [`odd_applies`]) or `kind` is adaptive.
+/// Returns `None` if the odd step does not apply (see [`odd_applies`]) or `kind` is no √3 step.
 pub(crate) fn refine_sqrt3(coarse: &Surface, kind: StepKind) -> Option<Refined> {
     match kind {
         StepKind::Sqrt3Even => Some(refine_even(coarse)),
         StepKind::Sqrt3Odd => Some(refine_odd(coarse, &boundary_apexes(coarse)?)),
-        StepKind::Adaptive => None,
+        StepKind::Adaptive | StepKind::Butterfly => None,
     }
 }
 

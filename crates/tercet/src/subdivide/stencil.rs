@@ -1,7 +1,8 @@
-//! Where the new vertices of a √3 step lie: each rule written once, as weights.
+//! Where the new vertices of a step lie: each rule written once, as weights.
 //!
 //! Prediction in integers, subdivision in floats and the transpose in the update step all walk
-//! the same [`Stencil`]s. Every rule's weights sum to one exactly, and every rule but the
+//! the same [`Stencil`]s. Those of √3 steps follow; those of butterfly steps are in
+//! [`butterfly::stencil`]. Every rule's weights sum to one exactly, and every rule but the
 //! extraordinary ones reproduces linear functions on the regular lattice.
 //!
 //! A corner of a face is, by its vertex,
@@ -30,8 +31,8 @@
 //! the regular lattice. It needs no vertex that a face without boundary edges could lack, and its
 //! cost is constant, so that a corner of huge valence does not make a step quadratic.
 
-use super::StepKind;
 use super::weights::{MAX_VALENCE, ONE, ROWS};
+use super::{StepKind, butterfly};
 use crate::mesh::{Surface, next, prev};
 
 /// An affine combination of coarse vertices that gives one new vertex.
@@ -39,7 +40,7 @@ use crate::mesh::{Surface, next, prev};
 pub(crate) struct Stencil {
     /// Vertices and the numerators of their weights. A vertex may occur more than once.
     pub terms: Vec<(u32, i32)>,
-    /// What the numerators sum to: 3, 9, 12, 24, 81 or 1 to 3 times 2^24.
+    /// What the numerators sum to: 2, 3, 8, 9, 12, 16, 24, 81 or 1 to 3 times 2^24.
     pub denominator: i64,
 }
 
@@ -47,12 +48,12 @@ pub(crate) struct Stencil {
 pub(super) const COMMON_DENOMINATOR: i64 = 81 << 25;
 
 impl Stencil {
-    fn start(&mut self, denominator: i64) {
+    pub(super) fn start(&mut self, denominator: i64) {
         self.terms.clear();
         self.denominator = denominator;
     }
 
-    fn add(&mut self, vertices: impl IntoIterator<Item = u32>, weight: i32) {
+    pub(super) fn add(&mut self, vertices: impl IntoIterator<Item = u32>, weight: i32) {
         self.terms.extend(vertices.into_iter().map(|v| (v, weight)));
     }
 
@@ -178,7 +179,7 @@ impl Stencil {
 }
 
 /// Mark of a plain corner.
-const PLAIN: u8 = 0;
+pub(super) const PLAIN: u8 = 0;
 
 /// Whether the edge opposite to corner `c` of a real face is a boundary edge.
 fn is_boundary_edge(coarse: &Surface, c: u32) -> bool {
@@ -186,7 +187,7 @@ fn is_boundary_edge(coarse: &Surface, c: u32) -> bool {
 }
 
 /// For each vertex its valence if it is ordinary or extraordinary, else [`PLAIN`].
-fn inner_valences(coarse: &Surface, kind: StepKind) -> Vec<u8> {
+pub(super) fn inner_valences(coarse: &Surface, kind: StepKind) -> Vec<u8> {
     let known = |n: u32| if (3..=MAX_VALENCE as u32).contains(&n) { n as u8 } else { PLAIN };
     let mut valences: Vec<u8> = coarse.valences().into_iter().map(known).collect();
     if coarse.virtuals > 0 {
@@ -203,12 +204,16 @@ fn inner_valences(coarse: &Surface, kind: StepKind) -> Vec<u8> {
     valences
 }
 
-/// Calls `visit` with the number, from 0, and the stencil of each vertex that the √3 step `kind`
-/// inserts, in the order in which [`refine_sqrt3`](super::refine_sqrt3) numbers them.
+/// Calls `visit` with the number, from 0, and the stencil of each vertex that the step `kind`, which
+/// is not adaptive, inserts, in the order in which [`refine_regular`](super::refine_regular) numbers
+/// them.
 ///
 /// `coarse` is a surface that the step applies to. No stencil names a virtual vertex. Linear
 /// time.
 pub(crate) fn for_each_stencil(coarse: &Surface, kind: StepKind, mut visit: impl FnMut(usize, &Stencil)) {
+    if kind == StepKind::Butterfly {
+        return butterfly::stencil::for_each_stencil(coarse, visit);
+    }
     let valences = inner_valences(coarse, kind);
     let mut stencil = Stencil::default();
     let mut index = 0;

@@ -21,16 +21,21 @@ pub(super) const MAX_VALENCE: usize = 64;
 pub(super) static ROWS: [[i32; MAX_VALENCE + 1]; MAX_VALENCE + 1] = rows();
 
 /// Fraction bits of the fixed-point numbers below.
-const BITS: u32 = 60;
+pub(super) const BITS: u32 = 60;
 /// π, rounded down.
-const PI: i128 = 0x3243_F6A8_885A_308D;
+pub(super) const PI: i128 = 0x3243_F6A8_885A_308D;
 
-const fn mul(a: i128, b: i128) -> i128 {
+pub(super) const fn mul(a: i128, b: i128) -> i128 {
     (a * b) >> BITS
 }
 
+/// A weight at the table's scale, rounded to nearest.
+pub(super) const fn at_table_scale(weight: i128) -> i32 {
+    ((weight + (1 << (BITS - 25))) >> (BITS - 24)) as i32
+}
+
 /// Cosine of 0 ≤ x < 1 by its Taylor series.
-const fn cosine(x: i128) -> i128 {
+pub(super) const fn cosine(x: i128) -> i128 {
     let square = mul(x, x);
     let mut term = 1 << BITS;
     let mut sum = term;
@@ -72,7 +77,7 @@ const fn row(n: usize) -> [i32; MAX_VALENCE + 1] {
                 (mul(a, a) + 2 * mul(a, before) + 2 * mul(mul(a, a), double)) / n as i128
             }
         };
-        row[j + 1] = ((weight + (1 << (BITS - 25))) >> (BITS - 24)) as i32;
+        row[j + 1] = at_table_scale(weight);
         centre -= row[j + 1];
         (before, now) = (now, mul(twice, now) - before);
         j += 1;

@@ -1,6 +1,7 @@
 //! Small meshes of every kind, and files taken apart and put together again.
 #![allow(dead_code, reason = "every test file uses its own part of this")]
 
+pub mod butterfly;
 pub mod file;
 pub mod sqrt3;
 
@@ -50,7 +51,7 @@ pub fn options() -> Vec<EncodeOptions> {
         plain,
         EncodeOptions { keep_order: true, ..plain },
         EncodeOptions { bits: Some(9), ..plain },
-        EncodeOptions { bits: Some(7), keep_order: true, update: Update::Third },
+        EncodeOptions { bits: Some(7), keep_order: true, update: Update::Third, ..plain },
     ]
 }
 

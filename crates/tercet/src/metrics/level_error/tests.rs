@@ -2,7 +2,7 @@ use super::*;
 use crate::mesh::{Cut, cut, refined_grid};
 use crate::subdivide::shapes::{self, Random, generation};
 use crate::subdivide::{Update, subdivide_surface};
-use crate::{EncodeOptions, encode};
+use crate::{EncodeOptions, LevelScheme, encode};
 
 /// A grid of n × n quads on the graph of `height`, its faces split at random for some rounds.
 fn graph(n: u32, rounds: u32, height: impl Fn(f32, f32) -> f32) -> Mesh {
@@ -123,7 +123,7 @@ fn both_errors(mesh: &Mesh, rule: Update, counts: impl Fn(Vector) -> bool) -> Ve
     measured.samples.retain(|s| counts(s.position));
     let points: Vec<Vector> = measured.samples.iter().map(|s| s.position).collect();
     let mut exact = Vec::new();
-    Hierarchy::build(surface, positions, rule, |reached| {
+    Hierarchy::build(surface, positions, LevelScheme::Auto, rule, |reached| {
         measured.measure(reached);
         let surface = reached.surface(reached.steps.len());
         surface.validate().unwrap();
@@ -138,8 +138,8 @@ fn both_errors(mesh: &Mesh, rule: Update, counts: impl Fn(Vector) -> bool) -> Ve
     measured.finish().into_iter().map(f64::from).zip(exact).collect()
 }
 
-/// The mesh of `surface`, whose real vertex i lies `at(i)`, refined by √3 steps, with noise.
-fn refined(surface: &Surface, at: impl Fn(u32) -> [f64; 2], steps: u32) -> Mesh {
+/// The mesh of `surface`, whose real vertex i lies `at(i)`, refined by these steps, with noise.
+fn refined(surface: &Surface, at: impl Fn(u32) -> [f64; 2], steps: &[StepKind]) -> Mesh {
     let mut random = Random::new(9);
     let mut noisy = |x: f64| x + f64::from(random.below(1000)) / 3000.0;
     let mut positions = vec![[0.0; 3]; surface.virtuals as usize];
@@ -148,8 +148,8 @@ fn refined(surface: &Surface, at: impl Fn(u32) -> [f64; 2], steps: u32) -> Mesh 
         [x, y, 0.0].map(&mut noisy)
     }));
     let mut surface = surface.clone();
-    for i in 0..steps {
-        (surface, positions) = subdivide_surface(&surface, &positions, generation(i)).unwrap();
+    for &kind in steps {
+        (surface, positions) = subdivide_surface(&surface, &positions, kind).unwrap();
     }
     let virtuals = surface.virtuals;
     let real = |f: &u32| !surface.is_virtual_face(*f);
@@ -187,25 +187,30 @@ fn assert_close(name: &str, mesh: &Mesh, rule: Update, factor: f64) {
 #[test]
 fn walking_from_level_to_level_finds_nearly_the_nearest_faces() {
     assert_close("graph", &graph(12, 2, bumps), Update::None, 1.2);
-    for rule in [Update::None, Update::Third, Update::Paper] {
-        let (surface, at) = disk();
-        assert_close("disk", &refined(&surface, at, 3), rule, 1.2);
-        let (surface, at) = annulus();
-        assert_close("annulus", &refined(&surface, at, 3), rule, 1.2);
+    for steps in [[0, 1, 2].map(generation), [StepKind::Butterfly; 3]] {
+        for rule in [Update::None, Update::Third, Update::Paper] {
+            let (surface, at) = disk();
+            assert_close("disk", &refined(&surface, at, &steps), rule, 1.2);
+            let (surface, at) = annulus();
+            assert_close("annulus", &refined(&surface, at, &steps), rule, 1.2);
+        }
     }
 }
 
 #[test]
 fn every_fine_face_has_a_coarse_one_in_its_place() {
-    let mut meshes: Vec<Mesh> =
-        shapes::all().iter().map(|(_, s)| refined(s, |v| [v.into(), 0.0], 2)).collect();
-    meshes.push(graph(9, 2, bumps));
+    let mut meshes = vec![graph(9, 2, bumps)];
+    for (_, surface) in shapes::all() {
+        for steps in [[0, 1].map(generation), [StepKind::Butterfly; 2]] {
+            meshes.push(refined(&surface, |v| [v.into(), 0.0], &steps));
+        }
+    }
     for mesh in meshes {
         let Cut { surface, vertex_source, .. } = cut(&mesh);
         let lattice = Lattice::new(&refined_grid(&mesh));
         let mut positions = vec![[0; 3]; surface.virtuals as usize];
         positions.extend(vertex_source.iter().map(|&v| lattice.quantise(mesh.positions[v as usize])));
-        Hierarchy::build(surface, positions, Update::None, |reached| {
+        Hierarchy::build(surface, positions, LevelScheme::Auto, Update::None, |reached| {
             let Some(step) = reached.steps.last() else { return };
             let fine = reached.surface(reached.steps.len() - 1);
             let heirs = Heirs::new(fine, step);

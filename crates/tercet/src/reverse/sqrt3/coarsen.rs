@@ -21,7 +21,7 @@
 //! edges with the same ends do no harm. An edge on or behind a boundary is not flipped; there
 //! the tie is the fine corner that faces the edge or a third of it.
 
-use super::label::Facts;
+use super::facts::Facts;
 use crate::mesh::{NONE, Surface, next, prev};
 use crate::reverse::Reduction;
 use crate::subdivide::StepKind;
@@ -31,7 +31,7 @@ fn swing_back(s: &Surface, c: u32) -> u32 {
     prev(s.across(prev(c)))
 }
 
-/// Builds the coarse surface of a labelling that passed [`label`](super::label::label).
+/// Builds the coarse surface of a labelling that passed [`label`](crate::reverse::label::label).
 ///
 /// `None` if it would have fewer than four vertices or a face that meets a vertex twice.
 pub(super) fn coarsen(fine: &Surface, facts: &Facts, even: &[bool]) -> Option<Reduction> {
@@ -136,7 +136,7 @@ impl<'a> Builder<'a> {
 
     /// The coarse face that fine face `f` is the middle third of, if `f` has a boundary edge
     /// with two odd ends: the real face (a, b, q) for (p, p', q) or the virtual face (b, a, w)
-    /// for (p', p, w). Picture at [`refine_sqrt3`](crate::subdivide::refine_sqrt3).
+    /// for (p', p, w). Picture at `refine_sqrt3`.
     fn cut_face(&mut self, f: u32, real: bool) {
         let fine = self.fine;
         let tip = (3 * f..3 * f + 3).find(|&c| {

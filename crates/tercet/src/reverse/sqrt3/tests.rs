@@ -1,30 +1,14 @@
 use super::*;
 use crate::mesh::NONE;
-use crate::subdivide::shapes::{self, Random, generation, refined};
-use crate::subdivide::{refine_sqrt3, subdivide_surface};
-
-/// `s` with its vertices, faces and first corners renumbered, and for each old vertex its number.
-fn shuffled(s: &Surface, seed: u64) -> (Surface, Vec<u32>) {
-    let mut random = Random::new(seed);
-    let mut number = random.permutation(s.virtuals);
-    number.extend(random.permutation(s.vertices - s.virtuals).into_iter().map(|v| v + s.virtuals));
-    let face = random.permutation(s.faces());
-    let turn: Vec<u32> = (0..s.faces()).map(|_| random.below(3)).collect();
-    let moved = |c: u32| 3 * face[(c / 3) as usize] + (c % 3 + turn[(c / 3) as usize]) % 3;
-    let mut t = s.clone();
-    for c in 0..s.vertex.len() as u32 {
-        t.vertex[moved(c) as usize] = number[s.at(c) as usize];
-        t.opposite[moved(c) as usize] = moved(s.across(c));
-    }
-    t.validate().unwrap();
-    (t, number)
-}
+use crate::reverse::details::details;
+use crate::subdivide::shapes::{self, Random, generation, refined, shuffled};
+use crate::subdivide::{refine_regular, subdivide_surface};
 
 /// Checks that refining the coarse surface gives the fine one, by walking both from each anchor.
 fn check(fine: &Surface, reduction: &Reduction) {
     let coarse = &reduction.coarse;
     coarse.validate().unwrap();
-    let refined = refine_sqrt3(coarse, reduction.kind).unwrap();
+    let refined = refine_regular(coarse, reduction.kind).unwrap();
     assert_eq!((refined.surface.vertices, refined.surface.faces()), (fine.vertices, fine.faces()));
     let mut corner = vec![NONE; fine.vertex.len()];
     let mut stack = Vec::new();
