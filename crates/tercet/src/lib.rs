@@ -35,7 +35,7 @@ mod subdivide;
 pub mod verify;
 
 pub use decode::{Decoder, Info, Level, LevelInfo, decode};
-pub use encode::{EncodeOptions, Encoded, Progress, encode, encode_with};
+pub use encode::{EncodeOptions, Encoded, Progress, Progressive, encode, encode_with};
 pub use error::{Error, Result};
 pub use limits::Limits;
 pub use mesh::{Mesh, Precision};

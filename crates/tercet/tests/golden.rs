@@ -13,7 +13,9 @@ use std::fs;
 use std::path::PathBuf;
 use tercet::io::{self, Format};
 use tercet::shapes::{annulus, grid, icosahedron, join, noisy, soup, torus};
-use tercet::{EncodeOptions, Error, LevelScheme, Limits, Mesh, Precision, Update, decode, encode};
+use tercet::{
+    EncodeOptions, Error, LevelScheme, Limits, Mesh, Precision, Progressive, Update, decode, encode,
+};
 
 fn folder() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../spec/golden")
@@ -36,6 +38,7 @@ fn originals() -> Vec<(&'static str, Mesh, EncodeOptions)> {
         ("butterfly_closed", noisy(&butterfly::refined(&icosahedron(), 2), 0.01, 6), third),
         ("butterfly_boundary", noisy(&butterfly::refined(&holed(), 1), 0.01, 7), paper),
         ("adaptive_boundary", noisy(&holed(), 0.01, 3), lattice),
+        ("late", torus(24, 18), EncodeOptions { progressive: Progressive::Smallest, ..lattice }),
         ("binary_order_merges_leftovers", quantised(&cut, 64.0), ordered),
         ("decimal", quantised(&noisy(&annulus(11, 3), 0.02, 4), 1000.0), exact),
         // Of an encoder that knew √3 levels only: this torus divides by a butterfly step too.
@@ -65,7 +68,7 @@ fn damaged(valid: &[u8]) -> Vec<(&'static str, Vec<u8>)> {
         ("checksum_of_a_header", flipped(12)),
         ("checksum_of_the_last_section", flipped(valid.len() - 1)),
         ("unsupported_version", [&valid[..4], &[99], &valid[5..]].concat()),
-        ("unsupported_section_type", changed(|file| file.sections.push(section(6)))),
+        ("unsupported_section_type", changed(|file| file.sections.push(section(7)))),
         ("truncated_in_a_level", valid[..valid.len() - 3].to_vec()),
         ("format_vertices_of_a_level", changed(|file| file.level(0).vertices += 1)),
         ("format_faces_of_the_mesh", changed(|file| file.faces -= 1)),
@@ -158,12 +161,12 @@ fn the_valid_files_have_every_kind_of_level_section_and_precision() {
             Precision::Refined { .. } => "refined",
         });
     }
-    // Base and adaptive; √3 of both generations under both updates, and butterfly.
+    // Base, adaptive and late; √3 of both generations under both updates, and butterfly.
     assert!(
-        [0x00, 0x01, 0x12, 0x22, 0x23, 0x14, 0x24].iter().all(|kind| levels.contains(kind)),
+        [0x00, 0x01, 0x05, 0x12, 0x22, 0x23, 0x14, 0x24].iter().all(|kind| levels.contains(kind)),
         "{levels:02x?}"
     );
-    assert!((1..=5).all(|kind| sections.contains(&kind)), "{sections:?}");
+    assert!((1..=6).all(|kind| sections.contains(&kind)), "{sections:?}");
     assert_eq!(precisions.len(), 4, "{precisions:?}");
 }
 

@@ -38,7 +38,10 @@ fn check(mesh: &Mesh, options: &EncodeOptions) -> Result<(), String> {
     if info.bytes != file.bytes.len() as u64 || info.levels.iter().any(|l| l.bytes > info.bytes) {
         return Err("byte ranges".into());
     }
-    if options.update == Update::None { nest(&levels) } else { Ok(()) }
+    // Late levels move the vertices whose positions are still to come.
+    let placed = |level: &&Level| info.levels[level.level as usize].kind != "late";
+    let placed: Vec<Level> = levels.iter().filter(placed).cloned().collect();
+    if options.update == Update::None { nest(&placed) } else { Ok(()) }
 }
 
 /// No level names a vertex twice in a face or one that it lacks.
