@@ -1,10 +1,12 @@
 //! Project tasks: `cargo xtask test` runs every check, `cargo xtask bench` compares with other coders,
-//! `cargo xtask seeds` writes the fuzz seeds and golden files anew after a change of the format.
+//! `cargo xtask load` puts a thousand clients on the server, `cargo xtask seeds` writes the fuzz seeds and
+//! golden files anew after a change of the format.
 //!
 //! It depends on no crate of the workspace, so that it still runs when those do not compile.
 
 mod arguments;
 mod bench;
+mod load;
 mod process;
 mod seeds;
 mod test;
@@ -15,6 +17,7 @@ const USAGE: &str = "\
 usage: cargo xtask test  [--only STAGE,STAGE] [--fuzz-seconds N]
        cargo xtask bench [--corpus DIR] [--only MESH,MESH] [--bits 10,12,14]
                          [--tables lattice,sqrt3,butterfly,exact] [--runs N] [--write]
+       cargo xtask load
        cargo xtask seeds";
 
 fn main() -> ExitCode {
@@ -22,6 +25,7 @@ fn main() -> ExitCode {
     let done = match words.split_first() {
         Some((task, rest)) if task == "test" => test::run(rest),
         Some((task, rest)) if task == "bench" => bench::run(rest),
+        Some((task, rest)) if task == "load" => load::run(rest),
         Some((task, rest)) if task == "seeds" => seeds::run(rest),
         _ => Err(arguments::Usage.into()),
     };

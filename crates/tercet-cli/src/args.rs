@@ -37,6 +37,12 @@ pub enum Command {
     Subdivide(commands::SubdivideArgs),
     /// Show the levels of a mesh, cut the file off, decode and verify.
     Demo(commands::DemoArgs),
+    #[cfg(feature = "fetch")]
+    Fetch(commands::FetchArgs),
+    #[cfg(feature = "serve")]
+    Serve(commands::ServeArgs),
+    #[cfg(feature = "serve")]
+    View(commands::ViewArgs),
 }
 
 /// How much of a file is wanted; by default all of it.
@@ -92,6 +98,26 @@ impl From<UpdateRule> for tercet::Update {
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum Effort {
+    /// One adaptive table for each kind of decision: several times faster.
+    Fast,
+    /// Several models, mixed: smaller.
+    Default,
+    /// As many models as pay at all; at present those of the default.
+    Max,
+}
+
+impl From<Effort> for tercet::Effort {
+    fn from(effort: Effort) -> Self {
+        match effort {
+            Effort::Fast => tercet::Effort::Fast,
+            Effort::Default => tercet::Effort::Default,
+            Effort::Max => tercet::Effort::Max,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum Scheme {
     /// Interpolatory √3 subdivision: three times the faces a step.
     Sqrt3,
@@ -140,6 +166,13 @@ pub fn error(text: &str) -> Result<f32, String> {
         Ok(error) if error >= 0.0 => Ok(error),
         _ => Err("an error is a number that is not negative".into()),
     }
+}
+
+/// A time in seconds.
+#[cfg(any(feature = "serve", feature = "fetch"))]
+pub fn seconds(text: &str) -> Result<std::time::Duration, String> {
+    let seconds: f64 = text.parse().map_err(|error| format!("{error}"))?;
+    std::time::Duration::try_from_secs_f64(seconds).map_err(|error| error.to_string())
 }
 
 /// A number of bytes: digits and optionally one of K, M, G, T, each 1024 times the one before.

@@ -10,6 +10,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 const PATIENCE: Duration = Duration::from_millis(500);
 
 /// Where the program's words go.
+#[derive(Clone, Copy)]
 pub struct Console {
     quiet: bool,
 }
@@ -17,6 +18,12 @@ pub struct Console {
 impl Console {
     pub fn new(quiet: bool) -> Self {
         Console { quiet }
+    }
+
+    /// Whether nothing but errors and what was asked for is to be printed.
+    #[cfg(feature = "serve")]
+    pub fn is_quiet(&self) -> bool {
+        self.quiet
     }
 
     /// Prints lines that were asked for to standard output.
@@ -32,6 +39,12 @@ impl Console {
         if self.quiet {
             return Ok(());
         }
+        self.answer_beside(lines, data)
+    }
+
+    /// Prints lines that were asked for: to standard output, or to standard error if `data` goes to
+    /// standard output.
+    pub fn answer_beside(&self, lines: &str, data: &Path) -> io::Result<()> {
         if crate::files::is_standard(data) {
             writeln!(io::stderr().lock(), "{lines}")
         } else {
@@ -51,6 +64,16 @@ impl Console {
     pub fn error(&self, error: &anyhow::Error) {
         let line = format!("error: {error:#}").replace('\n', " ");
         let _ = writeln!(io::stderr().lock(), "{line}");
+    }
+
+    /// A bar of bytes; invisible where nobody watches.
+    #[cfg(feature = "fetch")]
+    pub fn bar(&self) -> ProgressBar {
+        if self.quiet || !io::stderr().is_terminal() {
+            return ProgressBar::hidden();
+        }
+        let style = ProgressStyle::with_template("{bar:40} {bytes} of {total_bytes}, {bytes_per_sec}");
+        ProgressBar::new(0).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
     }
 
     /// A progress bar; it stays invisible for short work and where nobody watches.

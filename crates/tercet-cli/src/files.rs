@@ -73,7 +73,8 @@ pub fn write_bytes(bytes: &[u8], path: &Path) -> Result<()> {
     write(path, |out| Ok(out.write_all(bytes)?))
 }
 
-fn write(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<()> {
+/// Writes what `write` writes.
+pub fn write(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<()> {
     let result = if is_standard(path) {
         let mut out = io::stdout().lock();
         write(&mut out).and_then(|()| Ok(out.flush()?))

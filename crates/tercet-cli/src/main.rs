@@ -1,65 +1,7 @@
-//! The `tercet` command: a thin skin over the library.
+//! The `tercet` command.
 
-mod args;
-mod commands;
-mod console;
-mod feed;
-mod files;
-mod input;
-mod report;
-mod table;
-
-use std::io;
 use std::process::ExitCode;
 
-use clap::Parser;
-
-use args::{Args, Command};
-use console::Console;
-
-/// What a command that did not fail came to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Outcome {
-    Good,
-    /// Less than what was asked for: the input ended early.
-    Partial,
-}
-
-// 2 is for wrong usage: clap ends the process with it.
-const FAILED: u8 = 1;
-const PARTIAL: u8 = 3;
-
 fn main() -> ExitCode {
-    let args = Args::parse();
-    let console = Console::new(args.quiet);
-    let limits = tercet::Limits { max_memory: args.max_memory };
-    let outcome = match &args.command {
-        Command::Encode(args) => commands::encode(args, &limits, &console),
-        Command::Decode(args) => commands::decode(args, &limits, &console),
-        Command::Info(args) => commands::info(args, &limits, &console),
-        Command::Verify(args) => commands::verify(args, &limits, &console),
-        Command::Metrics(args) => commands::metrics(args, &limits, &console),
-        Command::Subdivide(args) => commands::subdivide(args, &limits, &console),
-        Command::Demo(args) => commands::demo(args, &limits, &console),
-    };
-    match outcome {
-        Ok(Outcome::Good) => ExitCode::SUCCESS,
-        Ok(Outcome::Partial) => ExitCode::from(PARTIAL),
-        // Whoever read our output has seen enough.
-        Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
-        Err(error) => {
-            console.error(&error);
-            ExitCode::from(FAILED)
-        }
-    }
-}
-
-fn is_broken_pipe(error: &anyhow::Error) -> bool {
-    error.chain().any(|cause| {
-        let io = match cause.downcast_ref::<tercet::Error>() {
-            Some(tercet::Error::Io(io)) => Some(io),
-            _ => cause.downcast_ref::<io::Error>(),
-        };
-        io.is_some_and(|io| io.kind() == io::ErrorKind::BrokenPipe)
-    })
+    tercet_cli::run()
 }

@@ -1,6 +1,6 @@
 //! A file's properties in words and tables.
 
-use tercet::{Info, LevelInfo, Precision, Update};
+use tercet::{Effort, Info, LevelInfo, Precision, Update};
 
 use crate::table::Table;
 
@@ -11,6 +11,14 @@ const PLAIN_FACE: u64 = 12;
 /// A number of bytes as bits per vertex of the original.
 pub fn bits_per_vertex(bytes: u64, info: &Info) -> f64 {
     8.0 * bytes as f64 / f64::from(info.vertices.max(1))
+}
+
+pub fn effort(effort: Effort) -> &'static str {
+    match effort {
+        Effort::Fast => "fast",
+        Effort::Max => "max",
+        _ => "default",
+    }
 }
 
 /// The table of levels, and a line for the whole file.

@@ -4,7 +4,7 @@
 //! measure convert MESH OUT.ply          positions and faces only
 //! measure refine MESH OUT.ply SCHEME STEPS NOISE   sqrt3 or butterfly steps, noise as a part of the
 //!                                                mean edge, vertices and faces shuffled
-//! measure encode MESH.ply OUT.tct BITS [smallest]  BITS is a number or "exact"
+//! measure encode MESH.ply OUT.tct BITS EFFORT [smallest]   BITS is a number or "exact"; fast, default or max
 //! measure decode FILE.tct
 //! ```
 //!
@@ -17,7 +17,7 @@ use std::fs;
 use std::path::Path;
 use std::time::Instant;
 use tercet::io::{self, Format};
-use tercet::{EncodeOptions, Limits, Mesh, Progressive, Scheme};
+use tercet::{Effort, EncodeOptions, Limits, Mesh, Progressive, Scheme};
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
@@ -28,18 +28,25 @@ fn main() -> Result<()> {
         ["refine", mesh, out, scheme, steps, noise] => {
             write(&refine(&read(mesh)?, self::scheme(scheme)?, steps.parse()?, noise.parse()?)?, out)
         }
-        ["encode", mesh, out, bits] => encode(mesh, out, bits, Progressive::Best),
-        ["encode", mesh, out, bits, "smallest"] => encode(mesh, out, bits, Progressive::Smallest),
+        ["encode", mesh, out, bits, effort] => encode(mesh, out, bits, effort, Progressive::Best),
+        ["encode", mesh, out, bits, effort, "smallest"] => {
+            encode(mesh, out, bits, effort, Progressive::Smallest)
+        }
         ["decode", file] => decode(file),
         _ => Err("usage: see the head of examples/measure.rs".into()),
     }
 }
 
-fn encode(mesh: &str, out: &str, bits: &str, progressive: Progressive) -> Result<()> {
+fn encode(mesh: &str, out: &str, bits: &str, effort: &str, progressive: Progressive) -> Result<()> {
     let before = peak_bytes();
     let mesh = read(mesh)?;
     let bits = if bits == "exact" { None } else { Some(bits.parse()?) };
-    let options = EncodeOptions { bits, progressive, ..EncodeOptions::default() };
+    let effort = match effort {
+        "fast" => Effort::Fast,
+        "max" => Effort::Max,
+        _ => Effort::Default,
+    };
+    let options = EncodeOptions { bits, effort, progressive, ..EncodeOptions::default() };
     let start = Instant::now();
     let encoded = tercet::encode(&mesh, &options)?;
     println!("seconds={}", start.elapsed().as_secs_f64());

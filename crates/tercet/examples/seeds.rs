@@ -4,7 +4,7 @@
 
 use std::path::PathBuf;
 use tercet::shapes::{annulus, grid, icosahedron, scan, soup, torus};
-use tercet::{EncodeOptions, Limits, Mesh, Progressive, Scheme, Update};
+use tercet::{Effort, EncodeOptions, Limits, Mesh, Progressive, Scheme, Update};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = PathBuf::from(std::env::args_os().nth(1).ok_or("usage: seeds FOLDER")?);
@@ -12,10 +12,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let ordered = EncodeOptions { keep_order: true, ..exact };
     let lattice = EncodeOptions { bits: Some(8), ..exact };
     let smallest = EncodeOptions { progressive: Progressive::Smallest, ..lattice };
+    let fast = EncodeOptions { effort: Effort::Fast, ..lattice };
     let lifted = EncodeOptions { update: Update::Third, ..lattice };
     let refined = |mesh: &Mesh, scheme| tercet::subdivide(mesh, scheme, 2, &Limits::default());
     for (name, mesh, options) in [
         ("closed_adaptive", scan(60, 1), lattice),
+        ("closed_fast", scan(60, 1), fast),
         ("closed_sqrt3", refined(&icosahedron(), Scheme::Sqrt3)?, lifted),
         ("boundary_sqrt3", refined(&grid(2, 3), Scheme::Sqrt3)?, lifted),
         ("closed_butterfly", refined(&icosahedron(), Scheme::Butterfly)?, lattice),

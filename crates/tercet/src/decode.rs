@@ -6,7 +6,7 @@ use crate::container::{self, Header, LevelEntry, LevelKind, Outline, Part, Reade
 use crate::entropy::{self, Coder};
 use crate::mesh::Mesh;
 use crate::subdivide::StepKind;
-use crate::{Error, Limits, Precision, Result, Update};
+use crate::{Effort, Error, Limits, Precision, Result, Update};
 
 /// What a file says of itself.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,6 +15,8 @@ pub struct Info {
     pub version: u8,
     /// What positions mean.
     pub precision: Precision,
+    /// How much work the file takes.
+    pub effort: Effort,
     /// Whether vertices and faces come back in the order of the original.
     pub order_kept: bool,
     /// Vertices of the original.
@@ -23,6 +25,8 @@ pub struct Info {
     pub faces: u32,
     /// The base, then each level above it.
     pub levels: Vec<LevelInfo>,
+    /// Bytes before the first section: they are what this was read from.
+    pub header_bytes: u64,
     /// Size of the whole file.
     pub bytes: u64,
 }
@@ -75,10 +79,12 @@ impl Info {
         Info {
             version: container::VERSION,
             precision: outline.precision.clone(),
+            effort: outline.effort,
             order_kept: outline.order_kept,
             vertices: outline.vertices,
             faces: outline.faces,
             levels,
+            header_bytes: header.sections.first().map_or(0, |section| section.offset),
             bytes: header.sections.iter().map(container::Section::end).max().unwrap_or(0),
         }
     }
@@ -152,7 +158,7 @@ impl Decoder {
         Decoder {
             limits,
             reader: Reader::new(limits),
-            levels: Levels::new(),
+            levels: Levels::new(Effort::default()),
             supplements: Supplements::default(),
             keeps_predictions: false,
             kept: 0,
@@ -243,10 +249,11 @@ impl Decoder {
         limits.check("bytes of a level", entry.vertices.into(), BYTES_PER_VERTEX)?;
         let kind = match entry.kind {
             LevelKind::Base => {
+                self.levels = Levels::new(self.outline()?.effort);
                 self.levels.base(coder, None, &limits)?;
                 // Its positions take time and memory: not for another surface than announced.
                 self.check_counts(entry)?;
-                self.levels.base_positions(coder, Vec::new());
+                self.levels.base_positions(coder, &[]);
                 return Ok(());
             }
             LevelKind::Adaptive | LevelKind::Late => StepKind::Adaptive,
@@ -279,9 +286,8 @@ impl Decoder {
     /// Fails unless the surface has the real vertices and faces that its entry announces.
     fn check_counts(&self, entry: LevelEntry) -> Result<()> {
         let surface = &self.levels.surface;
-        let faces = (0..surface.faces()).filter(|&f| !surface.is_virtual_face(f)).count();
-        let found = [(surface.vertices - surface.virtuals) as usize, faces];
-        if found != [entry.vertices, entry.faces].map(|n| n as usize) {
+        let found = [surface.vertices - surface.virtuals, surface.real_faces()];
+        if found != [entry.vertices, entry.faces] {
             let [vertices, faces] = found;
             let cause = format!("{vertices} vertices and {faces} faces, not as many as announced");
             return Err(Error::format("level", cause));

@@ -10,7 +10,7 @@ use crate::entropy::Encoder;
 use crate::mesh::{Cut, Lattice, Mesh, Surface, box_lattice, cut, next, prev};
 use crate::metrics::LevelErrors;
 use crate::reverse::{Hierarchy, Reduction, StepKind, lift};
-use crate::{Error, LevelScheme, Limits, Result, Update};
+use crate::{Effort, Error, LevelScheme, Limits, Result, Update};
 
 /// What to keep, and how.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -22,6 +22,8 @@ pub struct EncodeOptions {
     pub keep_order: bool,
     /// How the details of √3 and butterfly levels move the vertices that a coarser level keeps.
     pub update: Update,
+    /// How much work it may take to write and to read the file.
+    pub effort: Effort,
     /// Which levels without connectivity bits are looked for.
     pub scheme: LevelScheme,
     /// What the levels are worth against the size of the file.
@@ -106,7 +108,7 @@ pub fn encode_with(
         errors.measure(reached);
     });
     let late = trial::late_levels(&hierarchy, options)?;
-    let mut writer = Writer::new(hierarchy, options.update, Some(errors), late);
+    let mut writer = Writer::new(hierarchy, options, Some(errors), late);
     writer.write(|done| progress(Progress { stage: "coding", done, total }))?;
     let source = writer.sources(&vertex_source);
     let original =
@@ -118,6 +120,7 @@ pub fn encode_with(
     payloads.extend(completing);
     let outline = Outline {
         order_kept: options.keep_order,
+        effort: options.effort,
         precision,
         vertices: mesh.positions.len() as u32,
         faces: mesh.faces.len() as u32,
@@ -164,15 +167,20 @@ struct Writer {
 
 impl Writer {
     /// The finest `late` levels must be adaptive.
-    fn new(mut hierarchy: Hierarchy, rule: Update, errors: Option<LevelErrors>, late: usize) -> Self {
+    fn new(
+        mut hierarchy: Hierarchy,
+        options: &EncodeOptions,
+        errors: Option<LevelErrors>,
+        late: usize,
+    ) -> Self {
         // The finest level's tell where all late vertices lie.
         hierarchy.positions.drain(late.min(1)..late);
         Writer {
             hierarchy,
-            rule,
+            rule: options.update,
             errors,
             late,
-            levels: Levels::new(),
+            levels: Levels::new(options.effort),
             map: Vec::new(),
             entries: Vec::new(),
             payloads: Vec::new(),
@@ -204,7 +212,7 @@ impl Writer {
         self.map = self.levels.base(&mut coder, Some(known), &Limits { max_memory: u64::MAX })?;
         self.connectivity_bits += coder.bits();
         let positions = new_positions(&self.levels.surface, &self.map, known, &positions, 0);
-        self.levels.base_positions(&mut coder, positions);
+        self.levels.base_positions(&mut coder, &positions);
         self.finish(coder, LevelKind::Base, 0);
         Ok(())
     }
@@ -304,7 +312,6 @@ impl Writer {
         self.position_bits +=
             coder.bits() - if kind == LevelKind::Base { self.connectivity_bits } else { before };
         let surface = &self.levels.surface;
-        let virtual_faces = (0..surface.faces()).filter(|&f| surface.is_virtual_face(f)).count() as u32;
         let level = self.hierarchy.steps.len();
         let known = self.hierarchy.surface(level);
         let error = self.errors.as_ref().map_or(0.0, |errors| match kind {
@@ -320,7 +327,7 @@ impl Writer {
                 _ => UpdateRule::None,
             },
             vertices: surface.vertices - surface.virtuals,
-            faces: surface.faces() - virtual_faces,
+            faces: surface.real_faces(),
             error: container::round_error_up(error),
         });
         self.payloads.push(coder.finish());

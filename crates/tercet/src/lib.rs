@@ -22,6 +22,7 @@
 mod coding;
 mod container;
 mod decode;
+mod effort;
 mod encode;
 mod entropy;
 mod error;
@@ -35,6 +36,7 @@ mod subdivide;
 pub mod verify;
 
 pub use decode::{Decoder, Info, Level, LevelInfo, decode};
+pub use effort::Effort;
 pub use encode::{EncodeOptions, Encoded, Progress, Progressive, encode, encode_with};
 pub use error::{Error, Result};
 pub use limits::Limits;

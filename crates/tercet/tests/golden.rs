@@ -14,7 +14,7 @@ use std::path::PathBuf;
 use tercet::io::{self, Format};
 use tercet::shapes::{annulus, grid, icosahedron, join, noisy, soup, torus};
 use tercet::{
-    EncodeOptions, Error, LevelScheme, Limits, Mesh, Precision, Progressive, Update, decode, encode,
+    Effort, EncodeOptions, Error, LevelScheme, Limits, Mesh, Precision, Progressive, Update, decode, encode,
 };
 
 fn folder() -> PathBuf {
@@ -26,6 +26,7 @@ fn originals() -> Vec<(&'static str, Mesh, EncodeOptions)> {
     let exact = EncodeOptions::default();
     let ordered = EncodeOptions { keep_order: true, ..exact };
     let lattice = EncodeOptions { bits: Some(10), ..exact };
+    let fast = EncodeOptions { effort: Effort::Fast, ..lattice };
     let third = EncodeOptions { update: Update::Third, ..lattice };
     let paper = EncodeOptions { update: Update::Paper, ..lattice };
     let mut cut = join(&[torus(6, 5), soup(30, 2)]);
@@ -39,6 +40,8 @@ fn originals() -> Vec<(&'static str, Mesh, EncodeOptions)> {
         ("butterfly_boundary", noisy(&butterfly::refined(&holed(), 1), 0.01, 7), paper),
         ("adaptive_boundary", noisy(&holed(), 0.01, 3), lattice),
         ("late", torus(24, 18), EncodeOptions { progressive: Progressive::Smallest, ..lattice }),
+        ("fast_boundary", noisy(&holed(), 0.01, 3), fast),
+        ("fast_sqrt3", noisy(&sqrt3::refined(&grid(2, 3), 2), 0.01, 2), fast),
         ("binary_order_merges_leftovers", quantised(&cut, 64.0), ordered),
         ("decimal", quantised(&noisy(&annulus(11, 3), 0.02, 4), 1000.0), exact),
         // Of an encoder that knew √3 levels only: this torus divides by a butterfly step too.

@@ -6,7 +6,7 @@ use common::{holed, levels, meshes, options};
 use proptest::prelude::*;
 use tercet::shapes::{annulus, grid, join, noisy, scan, shuffled, soup, sphere, torus};
 use tercet::verify::{Sameness, compare, quantised};
-use tercet::{EncodeOptions, Level, LevelScheme, Limits, Mesh, Scheme, Update, encode, subdivide};
+use tercet::{Effort, EncodeOptions, Level, LevelScheme, Limits, Mesh, Scheme, Update, encode, subdivide};
 
 /// Encodes, decodes, and checks everything that holds of any mesh.
 fn check(mesh: &Mesh, options: &EncodeOptions) -> Result<(), String> {
@@ -138,8 +138,15 @@ fn any_options() -> impl Strategy<Value = EncodeOptions> {
     use LevelScheme::{Adaptive, Auto, Butterfly, Sqrt3};
     let update = prop::sample::select(vec![Update::None, Update::Third, Update::Paper]);
     let scheme = prop::sample::select(vec![Auto, Sqrt3, Butterfly, Adaptive]);
-    let all = (prop::option::of(4u8..=24), any::<bool>(), update, scheme);
-    all.prop_map(|(bits, keep_order, update, scheme)| EncodeOptions { bits, keep_order, update, scheme })
+    let effort = prop::sample::select(vec![Effort::Fast, Effort::Default, Effort::Max]);
+    let all = (prop::option::of(4u8..=24), any::<bool>(), update, scheme, effort);
+    all.prop_map(|(bits, keep_order, update, scheme, effort)| EncodeOptions {
+        bits,
+        keep_order,
+        update,
+        scheme,
+        effort,
+    })
 }
 
 proptest! {

@@ -34,6 +34,7 @@ struct Options {
     bits: Vec<u8>,
     tables: Vec<String>,
     runs: usize,
+    effort: String,
     write: bool,
 }
 
@@ -50,6 +51,7 @@ impl Options {
                 .list("--tables")?
                 .unwrap_or_else(|| ["lattice", "sqrt3", "butterfly", "exact"].map(String::from).to_vec()),
             runs: arguments.value("--runs")?.unwrap_or(5).max(1),
+            effort: arguments.value("--effort")?.unwrap_or_else(|| "default".to_owned()),
             write: arguments.flag("--write"),
         };
         arguments.finish()?;
@@ -72,7 +74,7 @@ struct Subject {
 pub fn run(words: &[String]) -> Result<()> {
     let options = Options::parse(words)?;
     draco::set_up()?;
-    let ours = ours::Program::build()?;
+    let ours = ours::Program::build(&options.effort)?;
     let scratch = Scratch::new()?;
     let subjects = subjects(&options, &ours, &scratch)?;
     let mut text = report::opening(words);

@@ -5,7 +5,11 @@ use anyhow::{Context, Result};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-pub struct Program(PathBuf);
+pub struct Program {
+    path: PathBuf,
+    /// fast, default or max.
+    effort: String,
+}
 
 pub struct Encoded {
     pub bytes: u64,
@@ -25,9 +29,9 @@ pub struct Decoded {
 }
 
 impl Program {
-    pub fn build() -> Result<Self> {
+    pub fn build(effort: &str) -> Result<Self> {
         run(command("cargo", &["build", "--release", "--locked", "--package=tercet", "--example=measure"]))?;
-        Ok(Program(target_dir()?.join("release/examples/measure")))
+        Ok(Program { path: target_dir()?.join("release/examples/measure"), effort: effort.to_owned() })
     }
 
     /// Writes positions and faces of a mesh file as PLY; returns the numbers of vertices and faces.
@@ -54,7 +58,7 @@ impl Program {
     /// Encodes on a lattice of `bits` bits, or exactly.
     pub fn encode(&self, mesh: &Path, out: &Path, bits: Option<u8>) -> Result<Encoded> {
         let bits = bits.map_or("exact".to_owned(), |bits| bits.to_string());
-        let facts = Facts::of(self.task("encode").arg(mesh).arg(out).arg(bits))?;
+        let facts = Facts::of(self.task("encode").arg(mesh).arg(out).arg(bits).arg(&self.effort))?;
         Ok(Encoded {
             bytes: facts.number("bytes")?,
             connectivity_bytes: facts.number("connectivity_bytes")?,
@@ -75,7 +79,7 @@ impl Program {
     }
 
     fn task(&self, name: &str) -> Command {
-        command(&self.0.to_string_lossy(), &[name])
+        command(&self.path.to_string_lossy(), &[name])
     }
 }
 

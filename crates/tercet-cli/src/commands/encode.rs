@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use tercet::io::Format;
 use tercet::{EncodeOptions, Encoded, Limits, Mesh};
 
-use crate::args::{LevelScheme, Progressive, UpdateRule};
+use crate::args::{Effort, LevelScheme, Progressive, UpdateRule};
 use crate::console::Console;
 use crate::{Outcome, args, files, report};
 
@@ -34,6 +34,9 @@ pub struct EncodeArgs {
     /// How vertices of √3 and butterfly levels make up for the ones removed.
     #[arg(long, value_name = "RULE", default_value = "none")]
     pub update: UpdateRule,
+    /// How much work it may take to write and to read the file.
+    #[arg(long, default_value = "default")]
+    pub effort: Effort,
     /// The format of MESH [default: by its suffix].
     #[arg(long, value_parser = args::format)]
     pub format: Option<Format>,
@@ -46,6 +49,7 @@ pub fn encode(args: &EncodeArgs, limits: &Limits, console: &Console) -> Result<O
         bits: args.bits,
         keep_order: args.keep_order,
         update: args.update.into(),
+        effort: args.effort.into(),
         scheme: args.scheme.into(),
         progressive: args.progressive.into(),
     };

@@ -38,8 +38,9 @@ fn size(args: &InfoArgs) -> Option<u64> {
 
 fn as_text(info: &Info) -> String {
     format!(
-        "version    {}\nprecision  {}\norder      {}\nvertices   {}\nfaces      {}\n{}",
+        "version    {}\neffort     {}\nprecision  {}\norder      {}\nvertices   {}\nfaces      {}\n{}",
         info.version,
+        report::effort(info.effort),
         report::precision(&info.precision),
         report::order(info),
         info.vertices,
@@ -62,6 +63,7 @@ fn as_json(info: &Info) -> Value {
     };
     json!({
         "version": info.version,
+        "effort": report::effort(info.effort),
         "precision": precision(&info.precision),
         "order_kept": info.order_kept,
         "vertices": info.vertices,

@@ -131,6 +131,13 @@ fn wrong_usage_exits_with_2() {
         "decode a.tct --max-error -1",
         "info a.tct --max-memory much",
         "subdivide a.obj -o b.obj --scheme loop --steps 1",
+        "serve",
+        "serve . --store s3://bucket",
+        "serve . --max-connections 0",
+        "serve . --stall-timeout -1",
+        "serve . --log xml",
+        "fetch http://a/b.tct --protocol ftp",
+        "fetch http://a/b.tct --level 1 --max-error 0.1",
     ] {
         assert_eq!(folder.run(arguments).status, 2, "tercet {arguments}");
     }
@@ -141,7 +148,9 @@ fn help_and_version_are_answers() {
     let folder = Folder::new("help");
     assert!(folder.good("--version").starts_with("tercet "));
     let help = folder.good("--help");
-    for command in ["encode", "decode", "info", "verify", "metrics", "subdivide", "demo"] {
+    for command in
+        ["encode", "decode", "info", "verify", "metrics", "subdivide", "demo", "fetch", "serve", "view"]
+    {
         assert!(help.contains(command), "{command} is not in:\n{help}");
         assert!(folder.good(&format!("{command} --help")).contains("Usage: tercet"));
     }

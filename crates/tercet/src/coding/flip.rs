@@ -8,13 +8,22 @@
 use super::model::BitModel;
 use super::shape::Shapes;
 use super::vector::{Point, dot, sub};
-use crate::entropy::{Coder, log2_fixed};
-use crate::mesh::{Surface, next, prev};
+use crate::Effort;
+use crate::entropy::{Coder, Counter, log2_fixed};
+use crate::mesh::{NONE, Surface, next, prev};
 
 /// The models of flip bits; they live as long as the file.
-pub(crate) struct FlipModels {
-    bits: BitModel<6>,
+pub(crate) enum FlipModels {
+    Mixed(BitModel<6>),
+    /// One context, for speed.
+    Single(Vec<Counter>),
 }
+
+/// Outcomes that a single context remembers.
+const MEMORY: u16 = 250;
+
+/// Values of the single context.
+const SINGLE: usize = 32 * 16 * 4 * 4;
 
 /// Valences are expected in 1/32; an undecided edge counts as flipped with this probability.
 const UNIT: i32 = 32;
@@ -39,7 +48,7 @@ impl Turned {
 
     #[inline(always)]
     fn flips(self) -> i32 {
-        (self.0 / Self::FLIP & 3) as i32
+        ((self.0 / Self::FLIP) & 3) as i32
     }
 
     /// An unsplit face turns with one flip at most.
@@ -76,8 +85,13 @@ struct State<'a> {
 }
 
 impl FlipModels {
-    pub fn new() -> Self {
-        FlipModels { bits: BitModel::new([512, 2048, 1024, 4096, 1024, 4096], 64, 260) }
+    pub fn new(effort: Effort) -> Self {
+        match effort {
+            Effort::Fast => FlipModels::Single(vec![Counter::NEW; SINGLE]),
+            Effort::Default | Effort::Max => {
+                FlipModels::Mixed(BitModel::new([512, 2048, 1024, 4096, 1024, 4096], 64, 260))
+            }
+        }
     }
 
     /// Codes `flip`, one entry a corner, equal on both sides of an edge; time O(n).
@@ -98,8 +112,19 @@ impl FlipModels {
             let o = surface.across(c);
             let turned = [c, o].map(|c| state.turned[(c / 3) as usize]);
             let bit = !turned[0].is_blocked() && !turned[1].is_blocked() && {
-                let (set, contexts) = state.contexts(candidate, [c, o], turned);
-                self.bits.code(coder, flip[c as usize], set, contexts)
+                let known = flip[c as usize];
+                match self {
+                    FlipModels::Mixed(bits) => {
+                        let (set, contexts) = state.contexts(candidate, [c, o], turned);
+                        bits.code(coder, known, set, contexts)
+                    }
+                    FlipModels::Single(counters) => {
+                        let counter = &mut counters[state.context(candidate, [c, o], turned)];
+                        let bit = coder.bit(known, counter.p());
+                        counter.learn(bit, MEMORY);
+                        bit
+                    }
+                }
             };
             flip[c as usize] = bit;
             flip[o as usize] = bit;
@@ -122,49 +147,45 @@ fn survey<'a>(
         .iter()
         .map(|&s| {
             inserted += s as u32;
-            inserted.wrapping_sub(1)
+            if s { inserted - 1 } else { NONE }
         })
         .collect();
-    let apex = |f: u32, v: u32| if split[f as usize] { new[f as usize] } else { v };
-    for f in 0..surface.faces() {
-        let face = surface.face(f);
-        let is_split = split[f as usize];
-        for k in 0..3 {
-            let o = surface.across(3 * f + k);
+    let apex = |new: u32, v: u32| if new == NONE { v } else { new };
+    for (f, t) in (0u32..).zip(surface.vertex.chunks_exact(3)) {
+        let born = new[f as usize];
+        for (k, v, x, y) in [(0, t[0], t[1], t[2]), (1, t[1], t[2], t[0]), (2, t[2], t[0], t[1])] {
+            let c = 3 * f + k;
+            let o = surface.across(c);
             let g = o / 3;
-            let v = face[k as usize];
-            if !is_split && !split[g as usize] {
+            let beyond = new[g as usize];
+            if born == NONE && beyond == NONE {
                 continue;
             }
-            expected[v as usize] += if is_split { UNIT } else { PRIOR };
-            if 3 * f + k > o {
+            expected[v as usize] += if born != NONE { UNIT } else { PRIOR };
+            if c > o {
                 continue;
             }
-            let ends = [face[(k as usize + 1) % 3], face[(k as usize + 2) % 3]];
-            for v in ends {
-                expected[v as usize] -= PRIOR;
-            }
-            let apexes = [apex(f, v), apex(g, surface.at(o))];
-            let any_virtual = ends.iter().chain(&apexes).any(|&v| surface.is_virtual(v));
+            expected[x as usize] -= PRIOR;
+            expected[y as usize] -= PRIOR;
+            let [p, q] = [apex(born, v), apex(beyond, surface.at(o))];
+            let any_virtual = surface.is_virtual(x.min(y).min(p).min(q));
             let [angle, ratio] = if any_virtual {
                 [16, 8]
             } else {
-                let [x, y] = ends.map(|v| positions[v as usize]);
-                let cotangent = |f: u32, p: Point| {
+                let [x, y, p, q] = [x, y, p, q].map(|v| positions[v as usize]);
+                let cotangent = |f: u32, is_split: bool, p: Point| {
                     match shapes.face[f as usize] {
                         // A new vertex lies near the barycentre: it faces a third of the area.
-                        face if !face.is_virtual() => {
-                            face.inverse.ratio(dot(sub(x, p), sub(y, p)), split[f as usize])
-                        }
+                        face if !face.is_virtual() => face.inverse.ratio(dot(sub(x, p), sub(y, p)), is_split),
                         // … or, in a virtual face, near the middle of the edge.
                         _ => -COTANGENT_LIMIT,
                     }
                 };
-                let [p, q] = apexes.map(|v| positions[v as usize]);
-                [angle(cotangent(f, p) + cotangent(g, q)), ratio([x, y], [p, q])]
+                let sum = cotangent(f, born != NONE, p) + cotangent(g, beyond != NONE, q);
+                [angle(sum), ratio([x, y], [p, q])]
             };
-            let one = !(is_split && split[g as usize]);
-            candidates.push(Candidate { corner: 3 * f + k, one, any_virtual, angle, ratio });
+            let one = born == NONE || beyond == NONE;
+            candidates.push(Candidate { corner: c, one, any_virtual, angle, ratio });
         }
     }
     let turned = split.iter().map(|&s| Turned(if s { Turned::SPLIT } else { 0 })).collect();
@@ -198,6 +219,17 @@ impl State<'_> {
         } else {
             self.expected[self.surface.at(c) as usize] - PRIOR
         }
+    }
+
+    /// The single context.
+    #[inline(always)]
+    fn context(&self, candidate: Candidate, [c, o]: [u32; 2], turned: [Turned; 2]) -> usize {
+        let kind = candidate.one as usize + 2 * candidate.any_virtual as usize;
+        let ends: i32 = [next(c), prev(c)].map(|c| self.expected[self.surface.at(c) as usize]).iter().sum();
+        let apexes = self.apex_valence(c, turned[0]) + self.apex_valence(o, turned[1]);
+        let ends = ((2 * (ends + 2 * PRIOR) - 16 * UNIT) / UNIT).clamp(0, 15) as usize;
+        let apexes = ((apexes - 5 * UNIT) * 5 / (7 * UNIT)).clamp(0, 3) as usize;
+        ((candidate.angle as usize * 16 + ends) * 4 + kind) * 4 + apexes
     }
 
     #[inline(always)]

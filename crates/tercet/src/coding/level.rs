@@ -10,6 +10,8 @@ use super::relax::{ESTIMATE_BITS, precise, relax, rounded};
 use super::ring::{LATE, NEAR};
 use super::shape::Shapes;
 use super::split::SplitModels;
+use super::tabled::TableModels;
+use super::traversal::first_corners;
 use super::vector::{COORDINATE_LIMIT, Point, Vector};
 use crate::entropy::Coder;
 use crate::mesh::{NONE, Surface};
@@ -17,13 +19,14 @@ use crate::subdivide::{
     FRACTION_BITS, Refined, StepKind, Update, applies, predict_regular, refine, refine_regular, round,
     unlift_positions,
 };
-use crate::{Error, Limits, Result};
+use crate::{Effort, Error, Limits, Result};
 
 /// All models and the surface they have reached; the same in encoder and decoder.
 pub(crate) struct Levels {
     split: SplitModels,
     flip: FlipModels,
-    position: PositionModels,
+    position: Positions,
+    effort: Effort,
     /// The finest surface so far.
     pub surface: Surface,
     /// Its positions; those of virtual vertices are meaningless.
@@ -41,6 +44,46 @@ struct Late {
     estimates: Vec<Point>,
 }
 
+/// The models of positions.
+enum Positions {
+    Mixed(PositionModels),
+    Tables(TableModels),
+}
+
+impl Positions {
+    fn new(effort: Effort) -> Self {
+        match effort {
+            Effort::Fast => Positions::Tables(TableModels::new()),
+            Effort::Default | Effort::Max => Positions::Mixed(PositionModels::new()),
+        }
+    }
+
+    /// Codes the positions of vertices `pass.first..`, those of `targets` when encoding; they are
+    /// appended to `positions`, which has those before. Time O(n).
+    fn code<C: Coder>(
+        &mut self,
+        coder: &mut C,
+        pass: &Pass,
+        targets: &[Point],
+        positions: &mut Vec<Point>,
+        rough: &mut [Roughness],
+    ) {
+        match self {
+            Positions::Mixed(models) => {
+                positions.extend_from_slice(targets);
+                positions.resize(pass.surface.vertices as usize, [0; 3]);
+                models.code(coder, pass, positions, rough);
+            }
+            Positions::Tables(models) => {
+                positions.extend(pass.estimates.iter().map(|&e| round(e)));
+                positions.resize(pass.surface.vertices as usize, [0; 3]);
+                let corners = first_corners(pass.surface, pass.first);
+                models.code(coder, pass, &corners, targets, positions, rough);
+            }
+        }
+    }
+}
+
 /// A step whose connectivity is known and whose new positions are not.
 pub(crate) struct Step {
     pub kind: StepKind,
@@ -49,11 +92,12 @@ pub(crate) struct Step {
 }
 
 impl Levels {
-    pub fn new() -> Self {
+    pub fn new(effort: Effort) -> Self {
         Levels {
-            split: SplitModels::new(),
-            flip: FlipModels::new(),
-            position: PositionModels::new(),
+            split: SplitModels::new(effort),
+            flip: FlipModels::new(effort),
+            position: Positions::new(effort),
+            effort,
             surface: Surface::default(),
             positions: Vec::new(),
             rough: Vec::new(),
@@ -81,23 +125,20 @@ impl Levels {
     }
 
     /// Codes the base's positions, one entry a vertex when encoding, else ignored.
-    pub fn base_positions<C: Coder>(&mut self, coder: &mut C, positions: Vec<Point>) {
-        let count = self.surface.vertices as usize;
-        self.positions = positions;
-        self.positions.resize(count, [0; 3]);
-        self.rough = vec![Roughness::START; count];
-        let real = self.surface.virtuals as usize..count;
+    pub fn base_positions<C: Coder>(&mut self, coder: &mut C, positions: &[Point]) {
+        let virtuals = self.surface.virtuals as usize;
+        let real = positions.get(virtuals..).unwrap_or_default();
         // An update may have pushed base vertices below the lattice.
-        let negative = self.positions[real.clone()].iter().flatten().any(|&x| x < 0);
+        let negative = real.iter().flatten().any(|&x| x < 0);
         let origin = match coder.raw(negative as u32, 1) {
             0 => [0; 3],
             _ => [0, 1, 2].map(|k| {
-                let least = self.positions[real.clone()].iter().map(|p| p[k]).min().unwrap_or(0);
+                let least = real.iter().map(|p| p[k]).min().unwrap_or(0);
                 coder.raw_wide(least as u32, 32) as i32
             }),
         };
         let size = |p: &Point| (0..3).map(|k| p[k].wrapping_sub(origin[k]) as u32).max().unwrap_or(0);
-        let largest = if C::ENCODES { self.positions[real].iter().map(size).max().unwrap_or(0) } else { 0 };
+        let largest = real.iter().map(size).max().unwrap_or(0);
         let bits = coder.raw(32 - largest.leading_zeros(), 5);
         let pass = Pass {
             surface: &self.surface,
@@ -108,7 +149,9 @@ impl Levels {
             bits,
             origin,
         };
-        self.position.code(coder, &pass, &mut self.positions, &mut self.rough);
+        self.positions = vec![[0; 3]; virtuals];
+        self.rough = vec![Roughness::START; self.surface.vertices as usize];
+        self.position.code(coder, &pass, real, &mut self.positions, &mut self.rough);
     }
 
     /// Codes the connectivity of a step. When encoding an `Adaptive` one, `split` and `flip` say
@@ -147,7 +190,7 @@ impl Levels {
         split.resize(surface.faces() as usize, false);
         flip.resize(surface.vertex.len(), false);
         let shapes = Shapes::new(surface, &self.positions);
-        self.split.code(coder, surface, &shapes, &mut split);
+        self.split.code(coder, surface, &shapes, &self.positions, &mut split);
         announced(split.iter().filter(|&&s| s).count() as u64)?;
         let estimates = estimate(surface, &self.positions, &shapes, &split);
         self.positions.extend(estimates.iter().map(|&e| round(e)));
@@ -171,8 +214,6 @@ impl Levels {
         let coarse = std::mem::replace(&mut self.surface, step.refined.surface);
         // Only undoing an update asks for the coarse surface again.
         let coarse = lifted.then_some(coarse);
-        self.positions.extend_from_slice(new);
-        self.positions.resize(self.surface.vertices as usize, [0; 3]);
         self.rough.resize(self.surface.vertices as usize, Roughness::START);
         let pass = Pass {
             surface: &self.surface,
@@ -187,7 +228,7 @@ impl Levels {
             bits: 0,
             origin: [0; 3],
         };
-        self.position.code(coder, &pass, &mut self.positions, &mut self.rough);
+        self.position.code(coder, &pass, new, &mut self.positions, &mut self.rough);
         if let Some(coarse) = coarse {
             unlift_positions(&coarse, step.kind, &mut self.positions, rule);
             let limit = COORDINATE_LIMIT;
@@ -227,10 +268,8 @@ impl Levels {
         let spare = FRACTION_BITS - ESTIMATE_BITS;
         let estimates: Vec<Vector> = estimates.iter().map(|e| e.map(|x| (x as i64) << spare)).collect();
         self.positions.truncate(first as usize);
-        self.positions.extend_from_slice(known);
-        self.positions.resize(self.surface.vertices as usize, [0; 3]);
         // How far estimates are off is nothing that coarser levels could tell.
-        self.position = PositionModels::new();
+        self.position = Positions::new(self.effort);
         let pass = Pass {
             surface: &self.surface,
             first,
@@ -240,7 +279,7 @@ impl Levels {
             bits: 0,
             origin: [0; 3],
         };
-        self.position.code(coder, &pass, &mut self.positions, &mut self.rough);
+        self.position.code(coder, &pass, known, &mut self.positions, &mut self.rough);
     }
 }
 

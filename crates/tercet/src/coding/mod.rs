@@ -18,6 +18,7 @@ mod scale;
 mod shape;
 mod split;
 pub(crate) mod supplement;
+mod tabled;
 mod traversal;
 mod vector;
 

@@ -1,6 +1,6 @@
 //! A binary decision under several contexts.
 
-use crate::entropy::{Coder, Counter, Mixer, Opinions, squash};
+use crate::entropy::{Coder, Counter, Mixer, Opinions, error, squash};
 
 /// Memory of the counters: after this many outcomes the oldest begin to fade.
 const LIMIT: u16 = 250;
@@ -10,7 +10,8 @@ const LIMIT: u16 = 250;
 pub(crate) struct BitModel<const N: usize> {
     counters: Vec<Counter>,
     start: [usize; N],
-    mixer: Mixer<1>,
+    mixer: Mixer,
+    rate: i32,
 }
 
 impl<const N: usize> BitModel<N> {
@@ -24,7 +25,7 @@ impl<const N: usize> BitModel<N> {
         }
         let mut weights = [0; 8];
         weights[..N].fill((8192 * 3 / 2 / N as i32) as i16);
-        BitModel { counters: vec![Counter::NEW; total], start, mixer: Mixer::new(sets, [weights], rate) }
+        BitModel { counters: vec![Counter::NEW; total], start, mixer: Mixer::new(sets, weights), rate }
     }
 
     /// Codes `bit` and learns it. `contexts[i]` must be less than the i-th size.
@@ -36,10 +37,11 @@ impl<const N: usize> BitModel<N> {
             *at = self.start[i] + contexts[i];
             opinions[i] = self.counters[*at].logit();
         }
-        let opinions = [Opinions::new(opinions)];
-        let said = self.mixer.mix(set, &opinions);
-        let bit = coder.bit(bit, squash(said.logit));
-        self.mixer.learn(said, &opinions, bit);
+        let opinions = Opinions::new(opinions);
+        let weights = self.mixer.set(set);
+        let p = squash(weights.mix(opinions));
+        let bit = coder.bit(bit, p);
+        weights.learn(opinions, error(bit, p), self.rate);
         for at in at {
             self.counters[at].learn(bit, LIMIT);
         }

@@ -27,9 +27,9 @@ pub(crate) struct PositionModels {
 }
 
 /// Kinds of axes: in the surface, across it, and either at a boundary.
-const TANGENTIAL: usize = 0;
-const NORMAL: usize = 1;
-const BOUNDARY: usize = 2;
+pub(super) const TANGENTIAL: usize = 0;
+pub(super) const NORMAL: usize = 1;
+pub(super) const BOUNDARY: usize = 2;
 
 const SIZES: usize = 64;
 const ROUGH: usize = 24;
@@ -70,7 +70,7 @@ impl PositionModels {
             ring.gather(pass.surface, corner, traversal.known(), positions);
             let i = (v - pass.first) as usize;
             let point = if ring.known() == 0 {
-                self.plain(coder, pass, positions[v as usize])
+                plain(coder, pass, positions[v as usize])
             } else {
                 let known = traversal.known();
                 let around =
@@ -88,14 +88,6 @@ impl PositionModels {
             positions[v as usize] = point;
             traversal.reach(pass.surface, corner);
         }
-    }
-
-    /// A vertex without a known neighbour: its coordinates as they are.
-    fn plain<C: Coder>(&mut self, coder: &mut C, pass: &Pass, target: Point) -> Point {
-        [0, 1, 2].map(|k| {
-            let offset = coder.raw_wide(target[k].wrapping_sub(pass.origin[k]) as u32, pass.bits);
-            pass.origin[k].wrapping_add(offset as i32).clamp(-COORDINATE_LIMIT, COORDINATE_LIMIT)
-        })
     }
 
     fn vertex<C: Coder>(
@@ -178,8 +170,16 @@ impl PositionModels {
     }
 }
 
+/// A vertex without a known neighbour: its coordinates as they are.
+pub(super) fn plain<C: Coder>(coder: &mut C, pass: &Pass, target: Point) -> Point {
+    [0, 1, 2].map(|k| {
+        let offset = coder.raw_wide(target[k].wrapping_sub(pass.origin[k]) as u32, pass.bits);
+        pass.origin[k].wrapping_add(offset as i32).clamp(-COORDINATE_LIMIT, COORDINATE_LIMIT)
+    })
+}
+
 /// The axes in the order of coding.
-fn axes(normal: Vector, order: AxisOrder) -> [usize; 3] {
+pub(super) fn axes(normal: Vector, order: AxisOrder) -> [usize; 3] {
     let mut axes = [0, 1, 2];
     axes.sort_by_key(|&k| normal[k].unsigned_abs());
     match order {

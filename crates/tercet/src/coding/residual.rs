@@ -16,7 +16,7 @@
 use super::model::number;
 use super::scale::Scale;
 use super::vector::COORDINATE_LIMIT;
-use crate::entropy::{Coder, Counter, LOGIT_LIMIT, Mixer, Opinions, log_expm1, softplus, squash};
+use crate::entropy::{Coder, Counter, LOGIT_LIMIT, Mixer, Opinions, error, log_expm1, softplus, squash};
 
 /// Number of experts.
 pub(crate) const EXPERTS: usize = 3;
@@ -44,6 +44,7 @@ const BIN_NODES: usize = 12;
 const FIRST_HALVING: usize = FIRST_BIN + BIN_NODES;
 const HALVING_NODES: usize = 3;
 const NODES: usize = FIRST_HALVING + HALVING_NODES;
+const _: () = assert!(NODES.is_power_of_two());
 
 const COUNTER_LIMIT: u16 = 110;
 const MIXER_RATE: i32 = 420;
@@ -116,24 +117,16 @@ fn bound(m: i64) -> i16 {
 struct Magnitudes(Opinions);
 
 impl Magnitudes {
-    /// Whether any lies in [low, high).
+    /// How many lie below `bound`.
     #[inline(always)]
-    fn any(self, low: i16, high: i16) -> bool {
-        let below = |bound: i16| self.0.simd_lt(Opinions::splat(bound)).to_bitmask();
-        below(low) != below(high)
-    }
-
-    /// How many lie in [low, middle) and in [middle, high), each up to 3.
-    #[inline(always)]
-    fn split(self, [low, middle, high]: [i16; 3]) -> usize {
-        let below = |bound: i16| {
-            // A table: the baseline instruction set counts bits slowly.
-            COUNT[(self.0.simd_lt(Opinions::splat(bound)).to_bitmask() & 255) as usize] as usize
-        };
-        let (low, middle, high) = (below(low), below(middle), below(high));
-        4 * (middle - low).min(3) + (high - middle).min(3)
+    fn below(self, bound: i16) -> u8 {
+        // A table: the baseline instruction set counts bits slowly.
+        COUNT[(self.0.simd_lt(Opinions::splat(bound)).to_bitmask() & 255) as usize]
     }
 }
+
+/// How many candidates of each list lie below a magnitude.
+type Below = [u8; LISTS];
 
 /// The number of ones in a byte.
 static COUNT: [u8; 256] = {
@@ -148,9 +141,9 @@ static COUNT: [u8; 256] = {
 
 /// The models of coordinates; they live as long as the file.
 pub(crate) struct ResidualModels {
-    counters: Vec<Counter>,
-    start: [usize; COUNTERS],
-    mixers: [Mixer<1>; 2],
+    by_context: [Vec<[Counter; NODES]>; CONTEXTS],
+    by_split: [Vec<[Counter; NODES]>; LISTS],
+    mixers: [Mixer; 2],
 }
 
 /// One coordinate being coded.
@@ -160,33 +153,39 @@ struct Walk<'a> {
     /// Standardised distance of each expert's centre from the boundary at magnitude 0.
     z: [i32; EXPERTS],
     candidates: [Magnitudes; LISTS],
-    /// Where each context's counters begin.
-    rows: [usize; CONTEXTS],
+    /// The value of each context.
+    contexts: &'a [usize; CONTEXTS],
     inputs: [i16; INPUTS],
+    /// Candidates below the bounds of the next decision's two parts.
+    low: Below,
+    middle: Below,
+    high: Below,
 }
 
 impl Walk<'_> {
-    /// Whether a candidate lies in [low, high).
     #[inline(always)]
-    fn any_candidate(&self, low: i64, high: i64) -> bool {
-        self.candidates[..2].iter().any(|c| c.any(bound(low), bound(high)))
+    fn below(&self, magnitude: i64) -> Below {
+        self.candidates.map(|list| list.below(bound(magnitude)))
+    }
+
+    /// Whether a candidate of the first two lists lies between the low and the high bound.
+    #[inline(always)]
+    fn any_candidate(&self) -> bool {
+        self.low[..2] != self.high[..2]
     }
 }
 
 impl ResidualModels {
     pub fn new() -> Self {
-        let mut start = [0; COUNTERS];
-        let mut total = 0;
-        let sizes = SIZES.into_iter().chain([Candidates::SPLITS * TRUSTS; LISTS]);
-        for (start, size) in start.iter_mut().zip(sizes) {
-            *start = total;
-            total += size * NODES;
-        }
+        let table = |contexts: usize| vec![[Counter::NEW; NODES]; contexts];
         let mut weights = [512i16; INPUTS];
         weights[..EXPERTS].fill((8192 / EXPERTS) as i16);
         weights[INPUTS - 1] = 0;
-        let mixer = |sets: usize| Mixer::new(sets * NODES, [weights], MIXER_RATE);
-        ResidualModels { counters: vec![Counter::NEW; total], start, mixers: SETS.map(mixer) }
+        ResidualModels {
+            by_context: SIZES.map(table),
+            by_split: [Candidates::SPLITS * TRUSTS; LISTS].map(table),
+            mixers: SETS.map(|sets| Mixer::new(sets * NODES, weights)),
+        }
     }
 
     /// Codes a coordinate. `value` matters only when encoding.
@@ -209,12 +208,23 @@ impl ResidualModels {
             *input = clamp(z);
         }
         let candidates = situation.candidates.map(|c| Magnitudes(Opinions::new(c.above)));
-        let mut walk = Walk { situation, experts, z, candidates, rows: [0; CONTEXTS], inputs };
-        walk.rows = self.rows(&situation.above);
+        let none = [0; LISTS];
+        let mut walk = Walk {
+            situation,
+            experts,
+            z,
+            candidates,
+            contexts: &situation.above,
+            inputs,
+            low: none,
+            middle: none,
+            high: none,
+        };
         let window = 4 * experts[0].scale.unit() + 1;
-        let negative = self.decide(coder, value < centre, SIGN, &mut walk, [-window, 0, window]);
+        [walk.low, walk.middle, walk.high] = [-window, 0, window].map(|bound| walk.below(bound));
+        let negative = self.decide(coder, value < centre, SIGN, &walk);
         if negative {
-            walk.rows = self.rows(&situation.below);
+            walk.contexts = &situation.below;
             for z in &mut walk.z {
                 *z = -*z;
             }
@@ -222,6 +232,8 @@ impl ResidualModels {
                 // centre − 1 − v is −1 − (v − centre); what was too far above is too far below.
                 list.0 = !list.0;
             }
+            // Those that were not below 0 are now.
+            walk.middle = walk.middle.map(|below| Candidates::MOST as u8 - below);
         }
         let turn = |v: i64| if negative { centre - 1 - v } else { v - centre };
         let magnitude = self.magnitude(coder, turn(value), &mut walk);
@@ -231,20 +243,24 @@ impl ResidualModels {
 
     fn magnitude<C: Coder>(&mut self, coder: &mut C, magnitude: i64, walk: &mut Walk) -> i64 {
         let unit = walk.experts[0].scale.unit();
-        let mut step = [0; EXPERTS];
-        for (step, expert) in step.iter_mut().zip(walk.experts) {
-            *step = expert.scale.length(unit);
+        let (mut step, mut one) = ([0; EXPERTS], [0; EXPERTS]);
+        for j in 0..EXPERTS {
+            step[j] = walk.experts[j].scale.length(unit);
+            one[j] = log_expm1(step[j]);
         }
         let mut low = 0;
         for (k, &high) in BINS.iter().enumerate() {
-            for (j, step) in step.iter().enumerate() {
-                let at = walk.z[j] + low as i32 * step;
-                walk.inputs[j] = clamp(softplus(-at) - log_expm1((high - low) as i32 * step));
+            for j in 0..EXPERTS {
+                let at = walk.z[j] + low as i32 * step[j];
+                let mass = if high - low == 1 { one[j] } else { log_expm1((high - low) as i32 * step[j]) };
+                walk.inputs[j] = clamp(softplus(-at) - mass);
             }
             let node = FIRST_BIN + k.min(BIN_NODES - 1);
-            let parts = [low * unit, high * unit, (high + 4) * unit];
-            if !self.decide(coder, magnitude >= parts[1], node, walk, parts) {
-                return self.within(coder, magnitude, [parts[0], parts[1]], walk);
+            walk.low = walk.middle;
+            [walk.middle, walk.high] = [high, high + 4].map(|bound| walk.below(bound * unit));
+            if !self.decide(coder, magnitude >= high * unit, node, walk) {
+                walk.high = walk.middle;
+                return self.within(coder, magnitude, [low * unit, high * unit], walk);
             }
             low = high;
         }
@@ -258,7 +274,7 @@ impl ResidualModels {
         let mut depth = 0;
         while high - low > 1 {
             let middle = (low + high) / 2;
-            let upper = if depth == 0 || depth < HALVING_NODES && walk.any_candidate(low, high) {
+            let upper = if depth == 0 || depth < HALVING_NODES && walk.any_candidate() {
                 for j in 0..EXPERTS {
                     let z = |steps: i64| walk.experts[j].scale.length(steps);
                     let (l, h) = (walk.z[j] + z(low), walk.z[j] + z(high));
@@ -266,8 +282,16 @@ impl ResidualModels {
                     let logit = lower + log_expm1(upper) - log_expm1(lower) + softplus(l) - softplus(h);
                     walk.inputs[j] = clamp(logit);
                 }
-                self.decide(coder, magnitude >= middle, FIRST_HALVING + depth, walk, [low, middle, high])
+                walk.middle = walk.below(middle);
+                let upper = self.decide(coder, magnitude >= middle, FIRST_HALVING + depth, walk);
+                if upper {
+                    walk.low = walk.middle;
+                } else {
+                    walk.high = walk.middle;
+                }
+                upper
             } else {
+                // No further one can be modelled.
                 coder.bit(magnitude >= middle, (((high - middle) << 16) / (high - low)) as u16)
             };
             depth += 1;
@@ -280,48 +304,36 @@ impl ResidualModels {
         low
     }
 
-    /// One binary decision: whether the value lies in the upper of two `parts`.
+    /// One binary decision: whether the value lies in the upper of the walk's two parts.
     #[inline(never)]
-    fn decide<C: Coder>(
-        &mut self,
-        coder: &mut C,
-        bit: bool,
-        node: usize,
-        walk: &mut Walk,
-        parts: [i64; 3],
-    ) -> bool {
-        let mut at = [0; COUNTERS];
-        for (at, row) in at.iter_mut().zip(&walk.rows) {
-            *at = row + node;
+    fn decide<C: Coder>(&mut self, coder: &mut C, bit: bool, node: usize, walk: &Walk) -> bool {
+        let node = node & (NODES - 1);
+        let [by_context] = &mut self.by_context;
+        let context = &mut by_context[walk.contexts[0]][node];
+        let [a, b, c] = &mut self.by_split;
+        let row = |i: usize| {
+            let parts =
+                [walk.middle[i] - walk.low[i], walk.high[i] - walk.middle[i]].map(|n| n.min(3) as usize);
+            (4 * parts[0] + parts[1]) * TRUSTS + walk.situation.trust
+        };
+        let counters = [context, &mut a[row(0)][node], &mut b[row(1)][node], &mut c[row(2)][node]];
+        let mut inputs = walk.inputs;
+        for (input, counter) in inputs[EXPERTS..].iter_mut().zip(&counters) {
+            *input = counter.logit();
         }
-        let parts = [bound(parts[0]), bound(parts[1]), bound(parts[2])];
-        for i in 0..LISTS {
-            let context = walk.candidates[i].split(parts) * TRUSTS + walk.situation.trust;
-            at[CONTEXTS + i] = self.start[CONTEXTS + i] + context * NODES + node;
-        }
-        for (input, &at) in walk.inputs[EXPERTS..].iter_mut().zip(&at) {
-            *input = self.counters[at].logit();
-        }
-        let opinions = [Opinions::new(walk.inputs)];
-        let first = self.mixers[0].mix(walk.situation.sets[0] * NODES + node, &opinions);
-        let second = self.mixers[1].mix(walk.situation.sets[1] * NODES + node, &opinions);
-        let bit = coder.bit(bit, squash((first.logit + second.logit) >> 1));
-        self.mixers[0].learn(first, &opinions, bit);
-        self.mixers[1].learn(second, &opinions, bit);
-        for at in at {
-            self.counters[at].learn(bit, COUNTER_LIMIT);
+        let opinions = Opinions::new(inputs);
+        let [first, second] = &mut self.mixers;
+        let first = first.set(walk.situation.sets[0] * NODES + node);
+        let second = second.set(walk.situation.sets[1] * NODES + node);
+        let p = squash((first.mix(opinions) + second.mix(opinions)) >> 1);
+        let bit = coder.bit(bit, p);
+        let error = error(bit, p);
+        first.learn(opinions, error, MIXER_RATE);
+        second.learn(opinions, error, MIXER_RATE);
+        for counter in counters {
+            counter.learn(bit, COUNTER_LIMIT);
         }
         bit
-    }
-
-    /// Where the counters of the given context values begin.
-    #[inline(always)]
-    fn rows(&self, contexts: &[usize; CONTEXTS]) -> [usize; CONTEXTS] {
-        let mut rows = [0; CONTEXTS];
-        for i in 0..CONTEXTS {
-            rows[i] = self.start[i] + contexts[i] * NODES;
-        }
-        rows
     }
 }
 

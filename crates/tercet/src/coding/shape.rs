@@ -11,15 +11,13 @@ use crate::mesh::Surface;
 /// In place of the area of a virtual face.
 pub(crate) const VIRTUAL: i16 = i16::MIN;
 
-/// A face; 8 bytes.
+/// A face; 6 bytes.
 #[derive(Clone, Copy)]
 pub(crate) struct FaceShape {
     /// Logarithm of double the area in 1/32 octaves, or [`VIRTUAL`].
     pub area: i16,
     /// 1 / double the area.
     pub inverse: Inverse,
-    /// The longest edge over the shortest, logarithm in 2/3 octaves, at most 6.
-    pub aspect: u8,
 }
 
 /// What the faces around a vertex have in common; 12 bytes.
@@ -113,26 +111,25 @@ impl Shapes {
     /// Looks at every face of `surface` once; time O(n).
     pub fn new(surface: &Surface, positions: &[Point]) -> Self {
         let mut sums = vec![Sum::default(); surface.vertices as usize];
-        let face = (0..surface.faces())
-            .map(|f| {
-                let t = surface.face(f);
-                for v in t {
-                    sums[v as usize].valence += 1;
-                }
-                if t.iter().any(|&v| surface.is_virtual(v)) {
-                    return FaceShape { area: VIRTUAL, inverse: Inverse::default(), aspect: 0 };
-                }
-                let (shape, normal) = FaceShape::new(t.map(|v| positions[v as usize]));
-                for v in t {
-                    let sum = &mut sums[v as usize];
-                    // A fan would need thousands of the largest faces to leave 64 bits.
-                    sum.normal = [0, 1, 2].map(|k| sum.normal[k].wrapping_add(normal[k]));
-                    sum.area = sum.area.wrapping_add(shape.area as i32);
-                    sum.real += 1;
-                }
-                shape
-            })
-            .collect();
+        let mut face = Vec::with_capacity(surface.faces() as usize);
+        for t in surface.vertex.chunks_exact(3) {
+            let t = [t[0], t[1], t[2]];
+            if t.iter().any(|&v| surface.is_virtual(v)) {
+                face.push(FaceShape { area: VIRTUAL, inverse: Inverse::default() });
+                t.iter().for_each(|&v| sums[v as usize].valence += 1);
+                continue;
+            }
+            let (shape, normal) = FaceShape::new(t.map(|v| positions[v as usize]));
+            for v in t {
+                let sum = &mut sums[v as usize];
+                // A fan would need thousands of the largest faces to leave 64 bits.
+                sum.normal = [0, 1, 2].map(|k| sum.normal[k].wrapping_add(normal[k]));
+                sum.area = sum.area.wrapping_add(shape.area as i32);
+                sum.real += 1;
+                sum.valence += 1;
+            }
+            face.push(shape);
+        }
         Shapes { face, vertex: sums.into_iter().map(Sum::shape).collect() }
     }
 }
@@ -140,13 +137,9 @@ impl Shapes {
 impl FaceShape {
     #[inline(always)]
     fn new(p: [Point; 3]) -> (Self, Vector) {
-        let edges = [sub(p[1], p[0]), sub(p[2], p[1]), sub(p[2], p[0])];
-        let normal = cross(edges[0], edges[2]);
+        let normal = cross(sub(p[1], p[0]), sub(p[2], p[0]));
         let (inverse, area) = Inverse::of_length(normal);
-        let [a, b, c] = edges.map(|e| dot(e, e) as u64 + 1);
-        let (long, short) = (a.max(b).max(c), a.min(b).min(c));
-        let ratio = log2_fixed(long, 5) - log2_fixed(short, 5);
-        (FaceShape { area: area as i16, inverse, aspect: ((ratio * 3) >> 6).min(6) as u8 }, normal)
+        (FaceShape { area: area as i16, inverse }, normal)
     }
 
     pub fn is_virtual(self) -> bool {

@@ -4,14 +4,24 @@
 //! for three fine ones. What its neighbours did and which valences would result tell the rest.
 
 use super::model::BitModel;
-use super::shape::{FaceShape, Shapes, VIRTUAL};
-use crate::entropy::Coder;
+use super::shape::{Shapes, VIRTUAL};
+use super::vector::{Point, dot, sub};
+use crate::Effort;
+use crate::entropy::{Coder, Counter, log2_fixed};
 use crate::mesh::Surface;
 
 /// The models of split bits; they live as long as the file.
-pub(crate) struct SplitModels {
-    bits: BitModel<6>,
+pub(crate) enum SplitModels {
+    Mixed(BitModel<6>),
+    /// One context, for speed.
+    Single(Vec<Counter>),
 }
+
+/// Outcomes that a single context remembers.
+const MEMORY: u16 = 250;
+
+/// Values of the single context.
+const SINGLE: usize = 16 * 16 * 3 * 2;
 
 /// A vertex: what it looks like and what has been decided about the faces at it; 8 bytes.
 #[derive(Clone, Copy)]
@@ -41,12 +51,24 @@ impl Mean {
 }
 
 impl SplitModels {
-    pub fn new() -> Self {
-        SplitModels { bits: BitModel::new([640, 1024, 640, 3584, 1120, 5760], 32, 260) }
+    pub fn new(effort: Effort) -> Self {
+        match effort {
+            Effort::Fast => SplitModels::Single(vec![Counter::NEW; SINGLE]),
+            Effort::Default | Effort::Max => {
+                SplitModels::Mixed(BitModel::new([640, 1024, 640, 3584, 1120, 5760], 32, 260))
+            }
+        }
     }
 
     /// Codes `split`, one entry a face of `surface`; time O(n).
-    pub fn code<C: Coder>(&mut self, coder: &mut C, surface: &Surface, shapes: &Shapes, split: &mut [bool]) {
+    pub fn code<C: Coder>(
+        &mut self,
+        coder: &mut C,
+        surface: &Surface,
+        shapes: &Shapes,
+        positions: &[Point],
+        split: &mut [bool],
+    ) {
         let corner = |v: &super::shape::VertexShape| Corner {
             area: v.area,
             valence: v.valence.min(255) as u8,
@@ -60,30 +82,51 @@ impl SplitModels {
             let shape = shapes.face[f as usize];
             let around = face.map(|v| corners[v as usize]);
             let across = [0, 1, 2].map(|k| surface.across(3 * f + k) / 3);
-            let decided = |bit: bool| {
-                across.iter().map(|&g| (g < f && split[g as usize] == bit) as usize).sum::<usize>()
+            let mut neighbours = 0;
+            for g in across {
+                neighbours += if g < f { 1 + 3 * split[g as usize] as usize } else { 0 };
+            }
+            let area = shape.area as i32;
+            let [local, size] = if shape.is_virtual() {
+                [0, 0]
+            } else {
+                let mean = around.iter().map(|c| c.area as i32).sum::<i32>() / 3;
+                let threshold = match means {
+                    [a, b] if a.count > 0 && b.count > 0 => (a.value + b.value) >> 9,
+                    _ => area,
+                };
+                [bin(area - mean, 4, 20), bin(area - threshold, 3, 16)]
             };
-            let neighbours = 4 * decided(true) + decided(false);
-            let [local, beside] = match shape.is_virtual() {
-                true => [0, 0],
-                false => relative(shape, &around, across.map(|g| shapes.face[g as usize].area)),
-            };
-            let threshold = match means {
-                [a, b] if a.count > 0 && b.count > 0 => (a.value + b.value) >> 9,
-                _ => shape.area as i32,
-            };
-            let size = if shape.is_virtual() { 0 } else { bin(shape.area as i32 - threshold, 3, 16) };
-            let valences = valence_triple(&around);
             let flag = shape.is_virtual() as usize;
-            let contexts = [
-                (local * 16 + neighbours) * 2 + flag,
-                valences * 2 + flag,
-                (local * 16 + size) * 2 + flag,
-                incidences(&around) * 2 + flag,
-                (local * 8 + beside) * 7 + shape.aspect as usize,
-                tightest(&around) * 16 + neighbours,
-            ];
-            let bit = self.bits.code(coder, split[f as usize], neighbours * 2 + flag, contexts);
+            let known = split[f as usize];
+            let bit = match self {
+                SplitModels::Mixed(bits) => {
+                    let [beside, aspect] = match shape.is_virtual() {
+                        true => [0, 0],
+                        false => [
+                            beside(area, across.map(|g| shapes.face[g as usize].area)),
+                            aspect(face.map(|v| positions[v as usize])),
+                        ],
+                    };
+                    let contexts = [
+                        (local * 16 + neighbours) * 2 + flag,
+                        valence_triple(&around) * 2 + flag,
+                        (local * 16 + size) * 2 + flag,
+                        incidences(&around) * 2 + flag,
+                        (local * 8 + beside) * 7 + aspect,
+                        tightest(&around) * 16 + neighbours,
+                    ];
+                    bits.code(coder, known, neighbours * 2 + flag, contexts)
+                }
+                SplitModels::Single(counters) => {
+                    let local = if shape.is_virtual() { 0 } else { local.clamp(3, 17) - 2 };
+                    let context = ((neighbours * 16 + local) * 3 + share(&around)) * 2 + (size > 8) as usize;
+                    let counter = &mut counters[context];
+                    let bit = coder.bit(known, counter.p());
+                    counter.learn(bit, MEMORY);
+                    bit
+                }
+            };
             split[f as usize] = bit;
             if !shape.is_virtual() {
                 means[bit as usize].learn(shape.area);
@@ -103,11 +146,9 @@ fn bin(log: i32, per_octave: i32, bins: i32) -> usize {
     (((log * per_octave) >> 5) + bins / 2).clamp(0, bins - 1) as usize
 }
 
-/// How a real face's area compares with its surroundings' and with its neighbours', in bins.
+/// How a real face's area compares with those of the faces `beside` it, in bins.
 #[inline(always)]
-fn relative(shape: FaceShape, around: &[Corner; 3], beside: [i16; 3]) -> [usize; 2] {
-    let area = shape.area as i32;
-    let mean = around.iter().map(|c| c.area as i32).sum::<i32>() / 3;
+fn beside(area: i32, beside: [i16; 3]) -> usize {
     let (mut sum, mut count) = (0, 0);
     for other in beside {
         if other != VIRTUAL {
@@ -116,9 +157,16 @@ fn relative(shape: FaceShape, around: &[Corner; 3], beside: [i16; 3]) -> [usize;
         }
     }
     // The quotient by 3, 2 or 1, multiplied by its reciprocal in 1/2¹⁶.
-    let beside = (sum * [0, 1 << 16, 1 << 15, 21846][count]) >> 16;
-    let beside = if count > 0 { beside } else { area };
-    [bin(area - mean, 4, 20), bin(area - beside, 3, 8)]
+    let mean = (sum * [0, 1 << 16, 1 << 15, 21846][count]) >> 16;
+    bin(if count > 0 { area - mean } else { 0 }, 3, 8)
+}
+
+/// The longest edge over the shortest, logarithm in 2/3 octaves, at most 6.
+#[inline(always)]
+fn aspect(p: [Point; 3]) -> usize {
+    let [a, b, c] = [sub(p[1], p[0]), sub(p[2], p[1]), sub(p[2], p[0])].map(|e| dot(e, e) as u64 + 1);
+    let ratio = log2_fixed(a.max(b).max(c), 5) - log2_fixed(a.min(b).min(c), 5);
+    ((ratio * 3) >> 6).min(6) as usize
 }
 
 /// Decided faces at the three corners, and how many corners saw only splits or nothing yet.
@@ -131,6 +179,14 @@ fn incidences(around: &[Corner; 3]) -> usize {
         lone += if c.unsplit > 0 { 0 } else { 1 + (c.split > 0) as usize };
     }
     (ones.min(15) * 16 + zeros.min(15)) * 7 + lone
+}
+
+/// How many of the decided faces at the three corners are split: less than a third, a half, more.
+#[inline(always)]
+fn share(around: &[Corner; 3]) -> usize {
+    let split: usize = around.iter().map(|c| c.split as usize).sum();
+    let unsplit: usize = around.iter().map(|c| c.unsplit as usize).sum();
+    (3 * split >= unsplit) as usize + (2 * split >= unsplit) as usize
 }
 
 /// The three valences, sorted, each in 3..=10, as digits.
@@ -146,7 +202,8 @@ fn valence_triple(around: &[Corner; 3]) -> usize {
 fn tightest(around: &[Corner; 3]) -> usize {
     let [a, b, c] = around.map(|c| {
         let undecided = c.valence.saturating_sub(c.split.saturating_add(c.unsplit)) as u32;
-        undecided << 16 | (c.valence.min(11) as u32 * 6 + c.split.min(5) as u32) * 5 + undecided.min(4)
+        let key = (c.valence.min(11) as u32 * 6 + c.split.min(5) as u32) * 5 + undecided.min(4);
+        undecided << 16 | key
     });
     (a.min(b).min(c) & 0xffff) as usize
 }

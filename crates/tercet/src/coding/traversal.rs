@@ -18,6 +18,17 @@ const PARALLELOGRAM: u8 = 8;
 const DEGREES: u32 = u128::BITS;
 const HIGHEST: u8 = DEGREES as u8 - 1;
 
+/// For each vertex from `first` on its corner of the smallest number. Time O(n).
+pub(super) fn first_corners(surface: &Surface, first: u32) -> Vec<u32> {
+    let mut corner = vec![NONE; (surface.vertices - first) as usize];
+    for c in (0..surface.vertex.len() as u32).rev() {
+        if let Some(i) = surface.at(c).checked_sub(first) {
+            corner[i as usize] = c;
+        }
+    }
+    corner
+}
+
 /// Which vertices of a pass are known, and which one comes next.
 pub(crate) struct Traversal {
     /// Real vertices whose positions are known.
@@ -38,12 +49,7 @@ impl Traversal {
     pub fn by_number(surface: &Surface, first: u32) -> Self {
         let mut known = vec![false; surface.vertices as usize];
         known[surface.virtuals as usize..first as usize].fill(true);
-        let mut corner = vec![NONE; (surface.vertices - first) as usize];
-        for c in (0..surface.vertex.len() as u32).rev() {
-            if let Some(i) = surface.at(c).checked_sub(first) {
-                corner[i as usize] = c;
-            }
-        }
+        let corner = first_corners(surface, first);
         Traversal { known, first, corner, cursor: 0, queue: None }
     }
 

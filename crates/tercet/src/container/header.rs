@@ -4,10 +4,13 @@ use super::fields::{Fields, malformed};
 use super::section::{self, Entry, LevelEntry, LevelKind, Part, Section, Supplement};
 use super::{unsupported, varint};
 use crate::mesh::Precision;
-use crate::{Error, Limits, Result};
+use crate::{Effort, Error, Limits, Result};
 
 /// Flag: vertices and faces come back in the order of the original.
 const ORDER_KEPT: u8 = 1;
+/// Flags: the effort.
+const EFFORT: u8 = 3 << EFFORT_SHIFT;
+const EFFORT_SHIFT: u32 = 2;
 /// Streams that a level's bytes consist of; more than one are for regions, in a later version.
 const STREAMS: u32 = 1;
 
@@ -16,6 +19,7 @@ const STREAMS: u32 = 1;
 pub(crate) struct Outline {
     /// Whether vertices and faces come back in the order of the original.
     pub(crate) order_kept: bool,
+    pub(crate) effort: Effort,
     pub(crate) precision: Precision,
     /// Vertices of the original mesh.
     pub(crate) vertices: u32,
@@ -55,7 +59,12 @@ impl Outline {
 
     /// The header's bytes, for sections of the given lengths and CRC-32s.
     pub(super) fn write(&self, extents: &[(u32, u32)]) -> Vec<u8> {
-        let mut out = vec![if self.order_kept { ORDER_KEPT } else { 0 }];
+        let effort = match self.effort {
+            Effort::Default => 0,
+            Effort::Fast => 1,
+            Effort::Max => 2,
+        };
+        let mut out = vec![effort << EFFORT_SHIFT | if self.order_kept { ORDER_KEPT } else { 0 }];
         varint::write(&mut out, STREAMS.into());
         self.precision.write(&mut out);
         varint::write(&mut out, self.vertices.into());
@@ -79,15 +88,21 @@ impl Header {
     /// [`Error::Limit`] for a section that must be held whole and is too large.
     pub(super) fn read(mut fields: Fields, offset: u64, limits: &Limits) -> Result<Header> {
         let flags = fields.byte("flags")?;
-        if flags & !ORDER_KEPT != 0 {
-            return Err(unsupported(format!("flags {flags:#04x}")));
-        }
+        let effort = match (flags & EFFORT) >> EFFORT_SHIFT {
+            _ if flags & !(ORDER_KEPT | EFFORT) != 0 => None,
+            0 => Some(Effort::Default),
+            1 => Some(Effort::Fast),
+            2 => Some(Effort::Max),
+            _ => None,
+        };
+        let effort = effort.ok_or_else(|| unsupported(format!("flags {flags:#04x}")))?;
         let streams = fields.u32("streams")?;
         if streams != STREAMS {
             return Err(unsupported(format!("{streams} streams in a level")));
         }
         let mut outline = Outline {
             order_kept: flags & ORDER_KEPT != 0,
+            effort,
             precision: Precision::read(&mut fields)?,
             vertices: section::read_count(&mut fields, "vertices")?,
             faces: section::read_count(&mut fields, "faces")?,

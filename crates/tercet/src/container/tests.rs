@@ -4,7 +4,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::mesh::Precision;
-use crate::{Error, Limits, Result};
+use crate::{Effort, Error, Limits, Result};
 
 type Arrived = Vec<(Part, Vec<u8>)>;
 
@@ -18,6 +18,7 @@ fn level(kind: LevelKind, vertices: u32, faces: u32, error: f32) -> LevelEntry {
 fn sample() -> (Outline, Vec<Vec<u8>>) {
     let outline = Outline {
         order_kept: true,
+        effort: Effort::Fast,
         precision: LATTICE,
         vertices: 300,
         faces: 596,
@@ -84,7 +85,7 @@ fn expected(outline: &Outline, payloads: &[Vec<u8>]) -> Arrived {
 
 /// A file with the given header bytes, its length and checksum in order, and no sections.
 fn with_header(header: &[u8]) -> Vec<u8> {
-    let mut bytes = vec![0x8A, b'T', b'C', b'T', VERSION];
+    let mut bytes = after_version(&[]);
     varint::write(&mut bytes, header.len() as u64);
     bytes.extend(header);
     bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
@@ -107,6 +108,7 @@ const BASE: &[u8] = &[1, 0, 0, 0, 0, 0, 0, 3, 1, 0, 0];
 fn a_tiny_file_has_these_bytes() {
     let outline = Outline {
         order_kept: false,
+        effort: Effort::Default,
         precision: Precision::Decimal { exponent: 2, digits: 0, origin: [0, -1, 1] },
         vertices: 3,
         faces: 1,
@@ -116,7 +118,7 @@ fn a_tiny_file_has_these_bytes() {
     let payloads = vec![b"123456789".to_vec(), vec![]];
     let golden = [
         &[0x8A, b'T', b'C', b'T'][..], // magic
-        &[3],                          // format version
+        &[VERSION],                    // format version
         &[28],                         // header length
         &[0],                          // flags: the order is not kept
         &[1],                          // streams in a level
@@ -142,7 +144,7 @@ fn a_tiny_file_has_these_bytes() {
 }
 
 /// Checksum of the golden file's header, as printed in the format document.
-const HEADER_CRC: [u8; 4] = [0x56, 0x0C, 0x6A, 0x71];
+const HEADER_CRC: [u8; 4] = [0x66, 0x46, 0x28, 0xF8];
 
 #[test]
 fn sections_lie_end_to_end_behind_the_header() {
@@ -272,18 +274,22 @@ fn bytes_after_the_last_section_are_a_fault() {
 fn another_format_or_version_is_named_at_once() {
     assert!(matches!(failure(b"ply\nformat"), Error::Format { place, .. } if place == "magic"));
     assert!(matches!(failure(b"\x8AX"), Error::Format { place, .. } if place == "magic"));
-    assert!(matches!(failure(b"\x8ATCT\x02"), Error::Unsupported(_)));
+    assert!(matches!(failure(b"\x8ATCT\x01"), Error::Unsupported(_)));
     assert!(matches!(failure(b"\x8ATCT\x00"), Error::Unsupported(_)));
+}
+
+fn after_version(bytes: &[u8]) -> Vec<u8> {
+    [&[0x8A, b'T', b'C', b'T', VERSION], bytes].concat()
 }
 
 #[test]
 fn a_header_length_is_bounded_and_canonical() {
-    let too_long = failure(b"\x8ATCT\x01\x81\x80\x04");
+    let too_long = failure(&after_version(&[0x81, 0x80, 0x04]));
     assert!(matches!(too_long, Error::Format { place, .. } if place == "header length"));
-    assert!(matches!(failure(b"\x8ATCT\x01\x81\x00"), Error::Format { .. }));
-    assert!(matches!(failure(b"\x8ATCT\x01\xFF\xFF\xFF\xFF\xFF"), Error::Format { .. }));
+    assert!(matches!(failure(&after_version(&[0x81, 0x00])), Error::Format { .. }));
+    assert!(matches!(failure(&after_version(&[0xFF; 5])), Error::Format { .. }));
     // 65536 bytes are allowed, and waited for.
-    assert!(matches!(failure(b"\x8ATCT\x01\x80\x80\x04"), Error::Truncated { need: 65548, .. }));
+    assert!(matches!(failure(&after_version(&[0x80, 0x80, 0x04])), Error::Truncated { need: 65548, .. }));
 }
 
 #[test]
@@ -456,7 +462,7 @@ fn outlines() -> impl Strategy<Value = Outline> {
             optional.sort();
             let order_kept = kept || supplements.contains(&Supplement::Order);
             supplements.extend(optional.into_iter().map(Supplement::Optional));
-            Outline { order_kept, precision, vertices, faces, levels, supplements }
+            Outline { order_kept, effort: Effort::Max, precision, vertices, faces, levels, supplements }
         },
     )
 }

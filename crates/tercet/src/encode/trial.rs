@@ -4,7 +4,7 @@ use super::{EncodeOptions, Progressive, Writer};
 use crate::coding::Point;
 use crate::mesh::{Mesh, NONE, Surface, cut};
 use crate::reverse::{Hierarchy, StepKind};
-use crate::{LevelScheme, Result, Update};
+use crate::{Effort, Result};
 
 /// At most so many of the finest levels get their positions late: more never paid.
 const MOST_LATE: usize = 3;
@@ -17,8 +17,7 @@ const TRIAL_FACES: std::ops::RangeInclusive<usize> = 2000..=5000;
 struct Part {
     surface: Surface,
     points: Vec<Point>,
-    scheme: LevelScheme,
-    rule: Update,
+    options: EncodeOptions,
 }
 
 /// How many of the finest levels of `hierarchy`, on which nothing is coded yet, get their positions
@@ -29,7 +28,7 @@ struct Part {
 pub(super) fn late_levels(hierarchy: &Hierarchy, options: &EncodeOptions) -> Result<usize> {
     let adaptive = hierarchy.steps.iter().take_while(|step| step.kind == StepKind::Adaptive).count();
     let most = adaptive.min(MOST_LATE);
-    if most == 0 {
+    if most == 0 || options.effort == Effort::Fast {
         return Ok(0);
     }
     let faces = hierarchy.surface(0).faces() as usize;
@@ -47,9 +46,9 @@ impl Part {
     /// All of the surface if it has no more.
     fn new(hierarchy: &Hierarchy, count: usize, options: &EncodeOptions) -> Self {
         let (whole, points) = (hierarchy.surface(0), &hierarchy.positions[0]);
-        let (scheme, rule) = (options.scheme, options.update);
+        let options = *options;
         if count >= whole.faces() as usize {
-            return Part { surface: whole.clone(), points: points.clone(), scheme, rule };
+            return Part { surface: whole.clone(), points: points.clone(), options };
         }
         let mut mesh = Mesh::default();
         let mut number = vec![NONE; whole.vertices as usize];
@@ -68,7 +67,7 @@ impl Part {
         let part = cut(&mesh);
         let mut points = vec![[0; 3]; part.surface.virtuals as usize];
         points.extend(part.vertex_source.iter().map(|&v| chosen[v as usize]));
-        Part { surface: part.surface, points, scheme, rule }
+        Part { surface: part.surface, points, options }
     }
 
     /// As many as make the part smaller by 3 %, or none. Most meshes need two codings to tell.
@@ -95,9 +94,9 @@ impl Part {
     /// Bytes of all payloads with the positions of `late` levels late.
     fn size(&self, late: usize) -> Result<usize> {
         let (surface, points) = (self.surface.clone(), self.points.clone());
-        let hierarchy = Hierarchy::build(surface, points, self.scheme, self.rule, |_| {});
+        let hierarchy = Hierarchy::build(surface, points, self.options.scheme, self.options.update, |_| {});
         let adaptive = hierarchy.steps.iter().take_while(|step| step.kind == StepKind::Adaptive).count();
-        let mut writer = Writer::new(hierarchy, self.rule, None, late.min(adaptive));
+        let mut writer = Writer::new(hierarchy, &self.options, None, late.min(adaptive));
         writer.write(|_| {})?;
         let payloads = writer.payloads.iter().chain(&writer.late_payload);
         Ok(payloads.map(Vec::len).sum())

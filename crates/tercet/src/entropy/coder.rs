@@ -1,5 +1,7 @@
 //! A binary arithmetic coder whose two directions share one interface.
 
+use super::symbol::{Cumulative, TOTAL_BITS};
+
 /// Codes decisions in one direction.
 ///
 /// A model calls [`bit`](Coder::bit) with the decision it wants written and goes on with the
@@ -14,6 +16,9 @@ pub(crate) trait Coder {
 
     /// Codes the low `bits` (≤ 16) bits of `value`, all equally likely.
     fn raw(&mut self, value: u32, bits: u32) -> u32;
+
+    /// Codes one of sixteen symbols.
+    fn symbol(&mut self, symbol: usize, frequencies: Cumulative) -> usize;
 
     /// Codes the low `bits` (≤ 32) bits of `value`, all equally likely.
     fn raw_wide(&mut self, value: u32, bits: u32) -> u32 {
@@ -122,6 +127,14 @@ impl Coder for Encoder {
         self.narrow(unit * value as u64, unit);
         value
     }
+
+    #[inline(always)]
+    fn symbol(&mut self, symbol: usize, frequencies: Cumulative) -> usize {
+        let unit = self.range >> TOTAL_BITS;
+        let [low, high] = frequencies.interval(symbol);
+        self.narrow(unit * low as u64, unit * (high - low) as u64);
+        symbol
+    }
 }
 
 /// Reads decisions; past the end of the bytes it reads zeros.
@@ -190,6 +203,19 @@ impl Coder for Decoder<'_> {
         self.range = unit;
         self.renormalise();
         value as u32
+    }
+
+    #[inline(always)]
+    fn symbol(&mut self, _: usize, frequencies: Cumulative) -> usize {
+        let unit = self.range >> TOTAL_BITS;
+        let slot = (self.code / unit).min(i16::MAX as u64);
+        let symbol = frequencies.find(slot as i16);
+        let [low, high] = frequencies.interval(symbol);
+        self.range = unit * (high - low) as u64;
+        // As for raw bits, a damaged stream may be beyond the last slot.
+        self.code = (self.code - unit * low as u64).min(self.range - 1);
+        self.renormalise();
+        symbol
     }
 
     fn exhausted(&self) -> bool {

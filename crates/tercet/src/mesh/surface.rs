@@ -26,7 +26,8 @@ pub(crate) const NONE: u32 = u32::MAX;
 /// The next corner of the same face, counter-clockwise.
 #[inline(always)]
 pub(crate) fn next(c: u32) -> u32 {
-    if c % 3 == 2 { c - 2 } else { c + 1 }
+    // A test for a multiple of three is one multiplication, a remainder is more.
+    if c.wrapping_add(1).is_multiple_of(3) { c - 2 } else { c + 1 }
 }
 
 /// The previous corner of the same face.
@@ -65,6 +66,14 @@ impl Surface {
     #[inline]
     pub fn is_virtual_face(&self, f: u32) -> bool {
         self.face(f).iter().any(|&v| self.is_virtual(v))
+    }
+
+    /// Number of faces without a virtual corner; linear time if there are virtual vertices.
+    pub fn real_faces(&self) -> u32 {
+        if self.virtuals == 0 {
+            return self.faces();
+        }
+        (0..self.faces()).filter(|&f| !self.is_virtual_face(f)).count() as u32
     }
 
     /// The three vertices of face `f`.

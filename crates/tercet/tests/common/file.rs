@@ -3,6 +3,8 @@
 /// The fields of a file; see the format document.
 #[derive(Clone)]
 pub struct File {
+    /// Magic and version.
+    pub magic: Vec<u8>,
     /// Flags, streams and precision.
     pub start: Vec<u8>,
     pub vertices: u32,
@@ -24,9 +26,6 @@ pub struct LevelFields {
     pub faces: u32,
     pub error: [u8; 2],
 }
-
-/// Magic and version.
-const MAGIC: [u8; 5] = [0x8A, b'T', b'C', b'T', 1];
 
 impl File {
     pub fn parse(bytes: &[u8]) -> File {
@@ -64,7 +63,7 @@ impl File {
             .collect();
         assert_eq!(at.at, first + header);
         assert_eq!(body, bytes.len());
-        File { start, vertices, faces, sections }
+        File { magic: bytes[..5].to_vec(), start, vertices, faces, sections }
     }
 
     pub fn bytes(&self) -> Vec<u8> {
@@ -83,7 +82,7 @@ impl File {
                 header.extend(level.error);
             }
         }
-        let mut out = MAGIC.to_vec();
+        let mut out = self.magic.clone();
         varint(&mut out, header.len() as u32);
         out.extend(header);
         out.extend(crc32fast::hash(&out).to_le_bytes());

@@ -6,7 +6,7 @@ pub mod file;
 pub mod sqrt3;
 
 use tercet::shapes::{annulus, grid, icosahedron, join, noisy, scan, shuffled, soup, torus};
-use tercet::{Decoder, EncodeOptions, Error, Level, Limits, Mesh, Progressive, Update};
+use tercet::{Decoder, Effort, EncodeOptions, Error, Level, Limits, Mesh, Progressive, Update};
 
 /// A grid whose middle is missing.
 pub fn holed() -> Mesh {
@@ -51,7 +51,14 @@ pub fn options() -> Vec<EncodeOptions> {
         plain,
         EncodeOptions { keep_order: true, ..plain },
         EncodeOptions { bits: Some(9), ..plain },
-        EncodeOptions { bits: Some(7), keep_order: true, update: Update::Third, ..plain },
+        EncodeOptions { effort: Effort::Fast, ..plain },
+        EncodeOptions {
+            bits: Some(7),
+            keep_order: true,
+            update: Update::Third,
+            effort: Effort::Fast,
+            ..plain
+        },
         EncodeOptions { bits: Some(10), progressive: Progressive::Smallest, ..plain },
     ]
 }

@@ -1,6 +1,7 @@
 //! All sections together, on surfaces that no level has coded.
 
 use super::*;
+use crate::Effort;
 use crate::mesh::{box_lattice, cut, refined_grid};
 use proptest::prelude::*;
 
@@ -8,7 +9,7 @@ use proptest::prelude::*;
 fn finest(mesh: &Mesh, precision: &Precision) -> (Levels, crate::mesh::Cut) {
     let cut = cut(mesh);
     let lattice = Lattice::new(precision);
-    let mut levels = Levels::new();
+    let mut levels = Levels::new(Effort::Fast);
     levels.surface = cut.surface.clone();
     levels.positions = vec![[0; 3]; cut.surface.virtuals as usize];
     levels.positions.extend(cut.vertex_source.iter().map(|&v| lattice.quantise(mesh.positions[v as usize])));
@@ -219,7 +220,7 @@ fn a_short_section_cannot_ask_for_gigabytes() {
     let precision = Precision::Binary { exponent: 0, origin: [0; 3] };
     for counts in [[u32::MAX - 1, 0], [0, u32::MAX - 1]] {
         let limits = Limits { max_memory: 1 << 30 };
-        let result = read(&Levels::new(), &precision, counts, &sections(), &limits);
+        let result = read(&Levels::new(Effort::Fast), &precision, counts, &sections(), &limits);
         assert!(matches!(result, Err(Error::Limit { .. })));
     }
 }

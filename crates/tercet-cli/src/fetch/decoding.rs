@@ -1,0 +1,65 @@
+//! Decoding on a thread of its own, so that the network need not wait for it.
+
+use bytes::Bytes;
+use tercet::{Decoder, Level, Limits};
+use tokio::sync::mpsc;
+use tokio::task::{JoinHandle, spawn_blocking};
+
+use super::announce::Announcer;
+
+/// Pieces of the file, each some ten kilobytes, that may wait for the decoder.
+const WAITING: usize = 64;
+
+/// The best level so far, and what is wrong with the bytes behind it.
+type Outcome = (Option<Level>, Option<anyhow::Error>);
+
+/// A decoder that is fed from one side and announces levels at the other.
+pub struct Decoding {
+    pieces: mpsc::Sender<Bytes>,
+    thread: JoinHandle<Outcome>,
+}
+
+impl Decoding {
+    pub fn start(limits: Limits, announcer: Announcer) -> Self {
+        let (pieces, waiting) = mpsc::channel(WAITING);
+        Decoding { pieces, thread: spawn_blocking(move || decode(limits, waiting, &announcer)) }
+    }
+
+    /// Hands over the file's next bytes; waits while too many wait already.
+    pub async fn push(&self, piece: Bytes) {
+        // A decoder that has ended needs no more bytes: its outcome says why.
+        let _ = self.pieces.send(piece).await;
+    }
+
+    /// Whether the decoder has found that the bytes are damaged.
+    pub fn has_ended(&self) -> bool {
+        self.pieces.is_closed()
+    }
+
+    /// Waits until all bytes are decoded.
+    pub async fn finish(self) -> Outcome {
+        drop(self.pieces);
+        self.thread.await.unwrap_or_else(|error| (None, Some(error.into())))
+    }
+}
+
+fn decode(limits: Limits, mut waiting: mpsc::Receiver<Bytes>, announcer: &Announcer) -> Outcome {
+    let mut decoder = Decoder::new(limits);
+    let mut best = None;
+    while let Some(piece) = waiting.blocking_recv() {
+        decoder.push(&piece);
+        loop {
+            match decoder.next_level() {
+                Ok(Some(level)) => {
+                    if let Some(info) = decoder.info() {
+                        announcer.level(&level, &info);
+                    }
+                    best = Some(level);
+                }
+                Ok(None) => break,
+                Err(damage) => return (best, Some(damage.into())),
+            }
+        }
+    }
+    (best, None)
+}

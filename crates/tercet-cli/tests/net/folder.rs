@@ -1,0 +1,76 @@
+//! Pages, lists, pictures, and what watches over the server.
+
+use crate::site::{Site, patience, ply, tct};
+use object_store::memory::InMemory;
+use object_store::{ObjectStore, ObjectStoreExt};
+use serde_json::Value;
+use std::sync::Arc;
+use tercet::shapes;
+
+#[tokio::test]
+async fn a_folder_is_a_page_and_a_list() {
+    let site = Site::new("folder").await;
+    site.write("<b>&\"torus.tct", tct(&shapes::torus(8, 6)));
+    site.write("more/ä b.ply", ply(&shapes::icosahedron()));
+    site.write("notes.txt", "not a mesh");
+
+    let page = site.get("/").await;
+    assert!(page.field("content-type").starts_with("text/html"));
+    assert!(page.field("content-security-policy").starts_with("default-src 'none'"));
+    let text = page.text();
+    assert!(text.contains("&lt;b&gt;&amp;&quot;torus.tct") && !text.contains("<b>&\""), "{text}");
+    assert!(text.contains("href=\"/more/\"") && !text.contains("notes"), "{text}");
+    for outside in ["http:", "https:", "url("] {
+        assert!(!text.contains(outside), "{outside} in {text}");
+    }
+    assert!(site.get("/more/").await.text().contains("ä b.ply.tct"));
+
+    let list: Value = serde_json::from_str(site.get("/index.json").await.text()).unwrap();
+    assert_eq!(list["folders"], serde_json::json!(["more/"]));
+    let file = &list["files"][0];
+    assert_eq!((&file["name"], &file["encoded"]), (&"<b>&\"torus.tct".into(), &true.into()));
+    assert_eq!(site.get(file["url"].as_str().unwrap()).await.status, 200);
+    let picture = site.get(file["thumbnail"].as_str().unwrap()).await;
+    assert_eq!(picture.field("content-type"), "image/svg+xml");
+    assert!(picture.text().starts_with("<svg ") && picture.text().contains("<path"));
+
+    let list: Value = serde_json::from_str(site.get("/more/index.json").await.text()).unwrap();
+    let file = &list["files"][0];
+    assert_eq!((&file["name"], &file["encoded"]), (&"ä b.ply.tct".into(), &false.into()));
+    assert_eq!(site.get(file["url"].as_str().unwrap()).await.status, 200);
+    assert_eq!(site.get("/nothing/").await.status, 404);
+}
+
+#[tokio::test]
+async fn a_bucket_is_served_like_a_folder() {
+    let store = Arc::new(InMemory::new());
+    let file = tct(&shapes::torus(8, 6));
+    store.put(&"deep/torus.tct".into(), file.clone().into()).await.unwrap();
+    let ico = ply(&shapes::icosahedron());
+    store.put(&"ico.ply".into(), ico.into()).await.unwrap();
+    let store: Arc<dyn ObjectStore> = store;
+    let site = Site::with_store(crate::site::folder("bucket"), store, patience()).await;
+    assert_eq!(site.get("/deep/torus.tct").await.body, file);
+    assert_eq!(site.request("GET", "/deep/torus.tct", &[("Range", "bytes=3-5")]).await.body, file[3..6]);
+    assert_eq!(site.get("/ico.ply.tct").await.status, 200);
+    assert!(site.get("/").await.text().contains("href=\"/deep/\""));
+}
+
+#[tokio::test]
+async fn watchers_learn_how_it_is() {
+    let site = Site::new("watchers").await;
+    site.write("ico.ply", ply(&shapes::icosahedron()));
+    assert_eq!(site.get("/healthz").await.text(), "good\n");
+    let bytes = site.get("/ico.ply.tct").await.body.len();
+    site.get("/nothing.tct").await;
+    let metrics = site.get("/metrics").await;
+    assert!(metrics.field("content-type").starts_with("application/openmetrics-text"));
+    for line in [
+        format!("tercet_sent_bytes_total {bytes}"),
+        "tercet_encodings_total{result=\"good\"} 1".into(),
+        "tercet_requests_total{method=\"GET\",route=\"/{*name}\",status=\"404\"} 1".into(),
+        "tercet_connections 1".into(),
+    ] {
+        assert!(metrics.text().contains(&line), "no {line} in\n{}", metrics.text());
+    }
+}

@@ -1,0 +1,13 @@
+//! The server and its client, on loopback.
+
+mod bucket;
+mod conditions;
+mod encoding;
+mod faults;
+mod fetch;
+mod folder;
+mod link;
+mod load;
+mod plain;
+mod session;
+mod site;
