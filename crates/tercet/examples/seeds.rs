@@ -11,7 +11,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let exact = EncodeOptions::default();
     let ordered = EncodeOptions { keep_order: true, ..exact };
     let lattice = EncodeOptions { bits: Some(8), ..exact };
-    let smallest = EncodeOptions { progressive: Progressive::Smallest, ..lattice };
+    let smallest = EncodeOptions {
+        progressive: Progressive::Smallest,
+        scheme: tercet::LevelScheme::Adaptive,
+        ..lattice
+    };
     let fast = EncodeOptions { effort: Effort::Fast, ..lattice };
     let lifted = EncodeOptions { update: Update::Third, ..lattice };
     let refined = |mesh: &Mesh, scheme| tercet::subdivide(mesh, scheme, 2, &Limits::default());
@@ -22,7 +26,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ("boundary_sqrt3", refined(&grid(2, 3), Scheme::Sqrt3)?, lifted),
         ("closed_butterfly", refined(&icosahedron(), Scheme::Butterfly)?, lattice),
         ("boundary_butterfly", refined(&grid(1, 2), Scheme::Butterfly)?, lifted),
-        ("closed_late", torus(12, 9), smallest),
+        ("closed_late", torus(15, 10), smallest),
         ("boundary_on_a_grid", grid(5, 4), exact),
         ("boundaries_exact", annulus(9, 2), exact),
         ("defects_exact_order_kept", soup(24, 2), ordered),

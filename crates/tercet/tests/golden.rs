@@ -27,6 +27,12 @@ fn originals() -> Vec<(&'static str, Mesh, EncodeOptions)> {
     let ordered = EncodeOptions { keep_order: true, ..exact };
     let lattice = EncodeOptions { bits: Some(10), ..exact };
     let fast = EncodeOptions { effort: Effort::Fast, ..lattice };
+    let late = EncodeOptions {
+        progressive: Progressive::Smallest,
+        scheme: LevelScheme::Adaptive,
+        bits: Some(12),
+        ..exact
+    };
     let third = EncodeOptions { update: Update::Third, ..lattice };
     let paper = EncodeOptions { update: Update::Paper, ..lattice };
     let mut cut = join(&[torus(6, 5), soup(30, 2)]);
@@ -39,7 +45,7 @@ fn originals() -> Vec<(&'static str, Mesh, EncodeOptions)> {
         ("butterfly_closed", noisy(&butterfly::refined(&icosahedron(), 2), 0.01, 6), third),
         ("butterfly_boundary", noisy(&butterfly::refined(&holed(), 1), 0.01, 7), paper),
         ("adaptive_boundary", noisy(&holed(), 0.01, 3), lattice),
-        ("late", torus(24, 18), EncodeOptions { progressive: Progressive::Smallest, ..lattice }),
+        ("late", torus(30, 20), late),
         ("fast_boundary", noisy(&holed(), 0.01, 3), fast),
         ("fast_sqrt3", noisy(&sqrt3::refined(&grid(2, 3), 2), 0.01, 2), fast),
         ("binary_order_merges_leftovers", quantised(&cut, 64.0), ordered),

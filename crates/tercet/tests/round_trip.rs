@@ -6,7 +6,9 @@ use common::{holed, levels, meshes, options};
 use proptest::prelude::*;
 use tercet::shapes::{annulus, grid, join, noisy, scan, shuffled, soup, sphere, torus};
 use tercet::verify::{Sameness, compare, quantised};
-use tercet::{Effort, EncodeOptions, Level, LevelScheme, Limits, Mesh, Progressive, Scheme, Update, encode, subdivide};
+use tercet::{
+    Effort, EncodeOptions, Level, LevelScheme, Limits, Mesh, Progressive, Scheme, Update, encode, subdivide,
+};
 
 /// Encodes, decodes, and checks everything that holds of any mesh.
 fn check(mesh: &Mesh, options: &EncodeOptions) -> Result<(), String> {
