@@ -9,7 +9,7 @@ mod receive;
 pub use receive::receive;
 
 use tercet::io::Format;
-use tercet::{Effort, EncodeOptions, LevelScheme, Limits, Mesh, Update};
+use tercet::{Effort, EncodeOptions, LevelScheme, Limits, Mesh, Progressive, Update};
 
 /// Little memory, so that an allocation out of proportion to the input is an error and not a slow run.
 const LIMITS: Limits = Limits { max_memory: 256 << 20 };
@@ -68,7 +68,8 @@ pub fn round_trip(bytes: &[u8]) {
 }
 
 /// `precision`: 0 is exact, 1.. a lattice of 4..=24 bits. `rest`: the highest bit keeps the order, the two
-/// below it are the scheme, the next one the fast profile.
+/// below it are the scheme, the next one the fast profile, the
+/// one below that the smallest file.
 fn options(precision: u8, rest: u8) -> EncodeOptions {
     let update = [Update::None, Update::Third, Update::Paper];
     let scheme = [LevelScheme::Auto, LevelScheme::Sqrt3, LevelScheme::Butterfly, LevelScheme::Adaptive];
@@ -78,6 +79,7 @@ fn options(precision: u8, rest: u8) -> EncodeOptions {
         update: update[usize::from(rest % 3)],
         scheme: scheme[usize::from(rest >> 5 & 3)],
         effort: if rest & 0x10 != 0 { Effort::Fast } else { Effort::Default },
+        progressive: if rest & 8 != 0 { Progressive::Smallest } else { Progressive::Best },
     }
 }
 

@@ -71,6 +71,23 @@ pub struct Goal {
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum Progressive {
+    /// Every level as good as its bytes allow, unless that costs more than some 3 %.
+    Best,
+    /// The smallest file: the positions of the finest levels may come after all levels.
+    Smallest,
+}
+
+impl From<Progressive> for tercet::Progressive {
+    fn from(progressive: Progressive) -> Self {
+        match progressive {
+            Progressive::Best => tercet::Progressive::Best,
+            Progressive::Smallest => tercet::Progressive::Smallest,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum UpdateRule {
     /// Not at all: the fewest bits.
     None,

@@ -5,7 +5,7 @@
 //! measure refine MESH OUT.ply SCHEME STEPS NOISE   sqrt3 or butterfly steps, noise as a part of the
 //!                                                mean edge, vertices and faces shuffled
 //! measure remesh MESH OUT.ply LEVELS normal|relaxed   to √3 connectivity
-//! measure encode MESH.ply OUT.tct BITS EFFORT      BITS is a number or "exact"; fast, default or max
+//! measure encode MESH.ply OUT.tct BITS EFFORT [smallest]   BITS is a number or "exact"; fast, default or max
 //! measure decode FILE.tct
 //! ```
 //!
@@ -19,7 +19,7 @@ use std::path::Path;
 use std::time::Instant;
 use tercet::io::{self, Format};
 use tercet::remesh::{Goal, Placement, RemeshOptions};
-use tercet::{Effort, EncodeOptions, Limits, Mesh, Scheme};
+use tercet::{Effort, EncodeOptions, Limits, Mesh, Progressive, Scheme};
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
@@ -33,13 +33,16 @@ fn main() -> Result<()> {
         ["refine", mesh, out, scheme, steps, noise] => {
             write(&refine(&read(mesh)?, self::scheme(scheme)?, steps.parse()?, noise.parse()?)?, out)
         }
-        ["encode", mesh, out, bits, effort] => encode(mesh, out, bits, effort),
+        ["encode", mesh, out, bits, effort] => encode(mesh, out, bits, effort, Progressive::Best),
+        ["encode", mesh, out, bits, effort, "smallest"] => {
+            encode(mesh, out, bits, effort, Progressive::Smallest)
+        }
         ["decode", file] => decode(file),
         _ => Err("usage: see the head of examples/measure.rs".into()),
     }
 }
 
-fn encode(mesh: &str, out: &str, bits: &str, effort: &str) -> Result<()> {
+fn encode(mesh: &str, out: &str, bits: &str, effort: &str, progressive: Progressive) -> Result<()> {
     let before = peak_bytes();
     let mesh = read(mesh)?;
     let bits = if bits == "exact" { None } else { Some(bits.parse()?) };
@@ -48,7 +51,7 @@ fn encode(mesh: &str, out: &str, bits: &str, effort: &str) -> Result<()> {
         "max" => Effort::Max,
         _ => Effort::Default,
     };
-    let options = EncodeOptions { bits, effort, ..EncodeOptions::default() };
+    let options = EncodeOptions { bits, effort, progressive, ..EncodeOptions::default() };
     let start = Instant::now();
     let encoded = tercet::encode(&mesh, &options)?;
     println!("seconds={}", start.elapsed().as_secs_f64());

@@ -3,14 +3,19 @@
 //! Few and small, so that the fuzzer can change them often; together they have every kind of section.
 
 use std::path::PathBuf;
-use tercet::shapes::{annulus, grid, icosahedron, scan, soup};
-use tercet::{Effort, EncodeOptions, Limits, Mesh, Scheme, Update};
+use tercet::shapes::{annulus, grid, icosahedron, scan, soup, torus};
+use tercet::{Effort, EncodeOptions, Limits, Mesh, Progressive, Scheme, Update};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = PathBuf::from(std::env::args_os().nth(1).ok_or("usage: seeds FOLDER")?);
     let exact = EncodeOptions::default();
     let ordered = EncodeOptions { keep_order: true, ..exact };
     let lattice = EncodeOptions { bits: Some(8), ..exact };
+    let smallest = EncodeOptions {
+        progressive: Progressive::Smallest,
+        scheme: tercet::LevelScheme::Adaptive,
+        ..lattice
+    };
     let fast = EncodeOptions { effort: Effort::Fast, ..lattice };
     let lifted = EncodeOptions { update: Update::Third, ..lattice };
     let refined = |mesh: &Mesh, scheme| tercet::subdivide(mesh, scheme, 2, &Limits::default());
@@ -21,6 +26,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ("boundary_sqrt3", refined(&grid(2, 3), Scheme::Sqrt3)?, lifted),
         ("closed_butterfly", refined(&icosahedron(), Scheme::Butterfly)?, lattice),
         ("boundary_butterfly", refined(&grid(1, 2), Scheme::Butterfly)?, lifted),
+        ("closed_late", torus(15, 10), smallest),
         ("boundary_on_a_grid", grid(5, 4), exact),
         ("boundaries_exact", annulus(9, 2), exact),
         ("defects_exact_order_kept", soup(24, 2), ordered),

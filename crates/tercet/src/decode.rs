@@ -36,7 +36,8 @@ pub struct Info {
 pub struct LevelInfo {
     /// 0 is the base.
     pub level: u32,
-    /// "base", "adaptive", "sqrt3" or "butterfly".
+    /// "base", "adaptive", "sqrt3", "butterfly", or "late": an adaptive level whose positions come
+    /// after all levels. Until then its new vertices lie where they are expected.
     pub kind: &'static str,
     /// How its details moved the vertices of the level below.
     pub update: Update,
@@ -61,6 +62,7 @@ impl Info {
                 LevelKind::Adaptive => "adaptive",
                 LevelKind::Sqrt3Even | LevelKind::Sqrt3Odd => "sqrt3",
                 LevelKind::Butterfly => "butterfly",
+                LevelKind::Late => "late",
             },
             update: rule(entry),
             vertices: entry.vertices,
@@ -136,7 +138,8 @@ const BYTES_PER_VERTEX: u64 = 250;
 /// A progressive decoder: bytes in, levels out.
 ///
 /// A file with sections that complete its finest level yields that level twice: as the surface
-/// that was coded, and once the sections have arrived as the original.
+/// that was coded, and once the sections have arrived as the original. If its positions come late,
+/// it is also yielded in between, when they have arrived.
 pub struct Decoder {
     limits: Limits,
     reader: Reader,
@@ -203,6 +206,10 @@ impl Decoder {
                     self.level(entry, &bytes)?;
                     return Ok(Some(Reached { level: level as u32, restored }));
                 }
+                Part::Supplement(Supplement::Positions) => {
+                    self.complete(&bytes)?;
+                    return Ok(Some(Reached { level: finest as u32, restored }));
+                }
                 Part::Supplement(kind) => self.keep(kind, bytes),
             }
             if restored {
@@ -249,7 +256,7 @@ impl Decoder {
                 self.levels.base_positions(coder, &[]);
                 return Ok(());
             }
-            LevelKind::Adaptive => StepKind::Adaptive,
+            LevelKind::Adaptive | LevelKind::Late => StepKind::Adaptive,
             LevelKind::Sqrt3Even => StepKind::Sqrt3Even,
             LevelKind::Sqrt3Odd => StepKind::Sqrt3Odd,
             LevelKind::Butterfly => StepKind::Butterfly,
@@ -258,7 +265,21 @@ impl Decoder {
         self.kept = coarse.vertices - coarse.virtuals;
         let step = self.levels.connectivity(coder, kind, Vec::new(), Vec::new(), entry.vertices as u64)?;
         self.predicted = self.keeps_predictions.then(|| self.levels.without_details(&step));
-        self.levels.positions(coder, step, &[], rule(&entry));
+        match entry.kind {
+            LevelKind::Late => self.levels.late_positions(step),
+            _ => self.levels.positions(coder, step, &[], rule(&entry)),
+        }
+        Ok(())
+    }
+
+    /// Decodes the positions of late levels.
+    fn complete(&mut self, bytes: &[u8]) -> Result<()> {
+        let mut coder = entropy::Decoder::new(bytes);
+        self.levels.complete(&mut coder, &[]);
+        if coder.exhausted() {
+            let error = Error::format("positions section", "its bytes end before it is complete");
+            return Err(self.reader.refuse(error));
+        }
         Ok(())
     }
 
@@ -280,7 +301,7 @@ impl Decoder {
             Supplement::Merges => &mut self.supplements.merges,
             Supplement::Leftovers => &mut self.supplements.leftovers,
             Supplement::Order => &mut self.supplements.order,
-            Supplement::Optional(_) => return,
+            Supplement::Positions | Supplement::Optional(_) => return,
         };
         *place = Some(bytes);
     }

@@ -1,5 +1,7 @@
 //! From a mesh to a file.
 
+mod trial;
+
 use crate::coding::supplement::{self, Original, Supplements};
 use crate::coding::{Levels, Point};
 use crate::container::{self, LevelEntry, LevelKind, Outline, Supplement, UpdateRule};
@@ -24,6 +26,23 @@ pub struct EncodeOptions {
     pub effort: Effort,
     /// Which levels without connectivity bits are looked for.
     pub scheme: LevelScheme,
+    /// What the levels are worth against the size of the file.
+    pub progressive: Progressive,
+}
+
+/// Which of two goods comes first where they are at odds: levels with positions of their own, or few
+/// bytes.
+///
+/// The positions of the finest levels may come *late*, all in one pass over the finest surface. Until
+/// they arrive, new vertices lie where they are expected.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Progressive {
+    /// Positions come late only where that makes files smaller by some 3 %, judged by coding a part of
+    /// the mesh.
+    #[default]
+    Best,
+    /// The smallest file, found by coding the whole mesh in every way: some five times the time.
+    Smallest,
 }
 
 /// A file and what it consists of.
@@ -80,28 +99,24 @@ pub fn encode_with(
         None => supplement::exact_lattice(mesh, vertex_source.len()),
     };
     let lattice = Lattice::new(&precision);
-    let virtuals = surface.virtuals as usize;
-    let mut positions: Vec<Point> = vec![[0; 3]; virtuals];
-    positions.extend(vertex_source.iter().map(|&v| lattice.quantise(mesh.positions[v as usize])));
-    let total = vertex_source.len() as u64;
+    let mut points: Vec<Point> = vec![[0; 3]; surface.virtuals as usize];
+    points.extend(vertex_source.iter().map(|&v| lattice.quantise(mesh.positions[v as usize])));
     let mut errors = LevelErrors::new(mesh, &surface, &vertex_source, &lattice);
-    let hierarchy = Hierarchy::build(surface, positions, options.scheme, options.update, |reached| {
+    let total = vertex_source.len() as u64;
+    let hierarchy = Hierarchy::build(surface, points, options.scheme, options.update, |reached| {
         progress(Progress { stage: "reducing", done: total - reached.left() as u64, total });
         errors.measure(reached);
     });
-    let mut writer = Writer::new(hierarchy, options, errors.finish());
-    writer.base()?;
-    while let Some(step) = writer.hierarchy.steps.pop() {
-        progress(Progress { stage: "coding", done: writer.real_vertices(), total });
-        writer.level(step)?;
-    }
+    let late = trial::late_levels(&hierarchy, options)?;
+    let mut writer = Writer::new(hierarchy, options, Some(errors), late);
+    writer.write(|done| progress(Progress { stage: "coding", done, total }))?;
     let source = writer.sources(&vertex_source);
     let original =
         Original { mesh, source, loose: &loose, degenerate: &degenerate, keep_order: options.keep_order };
-    let Writer { hierarchy, map, levels, entries, mut payloads, connectivity_bits, position_bits, .. } =
+    let Writer { map, levels, entries, mut payloads, late_payload, connectivity_bits, position_bits, .. } =
         writer;
-    drop((hierarchy, map));
-    let (supplements, completing) = listed(supplement::write(&levels, &precision, original)?);
+    drop(map);
+    let (supplements, completing) = listed(late_payload, supplement::write(&levels, &precision, original)?);
     payloads.extend(completing);
     let outline = Outline {
         order_kept: options.keep_order,
@@ -118,8 +133,9 @@ pub fn encode_with(
 }
 
 /// The sections that there are, in the order of the file.
-fn listed(sections: Supplements) -> (Vec<Supplement>, Vec<Vec<u8>>) {
+fn listed(positions: Option<Vec<u8>>, sections: Supplements) -> (Vec<Supplement>, Vec<Vec<u8>>) {
     let all = [
+        (Supplement::Positions, positions),
         (Supplement::Exactness, sections.exactness),
         (Supplement::Merges, sections.merges),
         (Supplement::Leftovers, sections.leftovers),
@@ -134,30 +150,55 @@ struct Writer {
     /// hierarchy would stay in memory beside the surfaces that are built from it.
     hierarchy: Hierarchy,
     rule: Update,
-    /// Geometric errors of the levels to come, finest first.
-    errors: Vec<f32>,
+    /// Geometric errors of the levels; none are stated without.
+    errors: Option<LevelErrors>,
+    /// So many of the finest levels get their positions after all levels.
+    late: usize,
     levels: Levels,
     /// For each face of the decoder's surface, the corner of the hierarchy's that is its corner 0.
     map: Vec<u32>,
     entries: Vec<LevelEntry>,
     payloads: Vec<Vec<u8>>,
+    /// The positions of late levels.
+    late_payload: Option<Vec<u8>>,
     connectivity_bits: u64,
     position_bits: u64,
 }
 
 impl Writer {
-    fn new(hierarchy: Hierarchy, options: &EncodeOptions, errors: Vec<f32>) -> Self {
+    /// The finest `late` levels must be adaptive.
+    fn new(
+        mut hierarchy: Hierarchy,
+        options: &EncodeOptions,
+        errors: Option<LevelErrors>,
+        late: usize,
+    ) -> Self {
+        // The finest level's tell where all late vertices lie.
+        hierarchy.positions.drain(late.min(1)..late);
         Writer {
             hierarchy,
             rule: options.update,
             errors,
+            late,
             levels: Levels::new(options.effort),
             map: Vec::new(),
             entries: Vec::new(),
             payloads: Vec::new(),
+            late_payload: None,
             connectivity_bits: 0,
             position_bits: 0,
         }
+    }
+
+    /// Codes everything; `reached` is told the vertices of each level before it is coded.
+    fn write(&mut self, mut reached: impl FnMut(u64)) -> Result<()> {
+        self.base()?;
+        while let Some(step) = self.hierarchy.steps.pop() {
+            reached(self.real_vertices());
+            self.level(step)?;
+        }
+        self.late_positions();
+        Ok(())
     }
 
     fn real_vertices(&self) -> u64 {
@@ -178,8 +219,13 @@ impl Writer {
 
     /// Codes the last step of the hierarchy, which has been taken off it.
     fn level(&mut self, mut step: Reduction) -> Result<()> {
-        let positions = self.hierarchy.positions.pop().unwrap_or_default();
-        let fine = self.hierarchy.surface(self.hierarchy.steps.len());
+        let level = self.hierarchy.steps.len();
+        let is_late = level < self.late;
+        let positions = match is_late {
+            true => Vec::new(),
+            false => self.hierarchy.positions.pop().unwrap_or_default(),
+        };
+        let fine = self.hierarchy.surface(level);
         let mut coder = Encoder::new();
         let (split, flip) = self.decisions(&step);
         if step.kind != StepKind::Sqrt3Odd {
@@ -193,11 +239,16 @@ impl Writer {
         self.map = lift(&coded.refined, &step, fine, &self.map);
         let kind = step.kind;
         drop(step);
-        let first = self.levels.surface.vertices;
-        let new = new_positions(&coded.refined.surface, &self.map, fine, &positions, first);
-        drop(positions);
-        self.levels.positions(&mut coder, coded, &new, self.rule);
+        if is_late {
+            self.levels.late_positions(coded);
+        } else {
+            let first = self.levels.surface.vertices;
+            let new = new_positions(&coded.refined.surface, &self.map, fine, &positions, first);
+            drop(positions);
+            self.levels.positions(&mut coder, coded, &new, self.rule);
+        }
         let kind = match kind {
+            StepKind::Adaptive if is_late => LevelKind::Late,
             StepKind::Adaptive => LevelKind::Adaptive,
             StepKind::Sqrt3Even => LevelKind::Sqrt3Even,
             StepKind::Sqrt3Odd => LevelKind::Sqrt3Odd,
@@ -205,6 +256,19 @@ impl Writer {
         };
         self.finish(coder, kind, before);
         Ok(())
+    }
+
+    /// Codes the positions of late levels, if there are any.
+    fn late_positions(&mut self) {
+        let Some(first) = self.levels.first_late() else { return };
+        let positions = self.hierarchy.positions.pop().unwrap_or_default();
+        let fine = self.hierarchy.surface(0);
+        let known = new_positions(&self.levels.surface, &self.map, fine, &positions, first);
+        drop(positions);
+        let mut coder = Encoder::new();
+        self.levels.complete(&mut coder, &known);
+        self.position_bits += coder.bits();
+        self.late_payload = Some(coder.finish());
     }
 
     /// The split and flip bits of a step in the decoder's order.
@@ -232,11 +296,29 @@ impl Writer {
         sources
     }
 
+    /// The positions that a reader has at the current level, in the numbering of `known`.
+    fn shown(&self, known: &Surface) -> Vec<Point> {
+        let mut shown = vec![[0; 3]; known.vertices as usize];
+        let surface = &self.levels.surface;
+        for (corners, &corner) in surface.vertex.chunks_exact(3).zip(&self.map) {
+            for (&v, c) in corners.iter().zip([corner, next(corner), prev(corner)]) {
+                shown[known.at(c) as usize] = self.levels.positions[v as usize];
+            }
+        }
+        shown
+    }
+
     fn finish(&mut self, coder: Encoder, kind: LevelKind, before: u64) {
         self.position_bits +=
             coder.bits() - if kind == LevelKind::Base { self.connectivity_bits } else { before };
         let surface = &self.levels.surface;
-        let lifted = !matches!(kind, LevelKind::Base | LevelKind::Adaptive);
+        let level = self.hierarchy.steps.len();
+        let known = self.hierarchy.surface(level);
+        let error = self.errors.as_ref().map_or(0.0, |errors| match kind {
+            LevelKind::Late => errors.estimated(level, known, &self.shown(known)),
+            _ => errors.of(level),
+        });
+        let lifted = !matches!(kind, LevelKind::Base | LevelKind::Adaptive | LevelKind::Late);
         self.entries.push(LevelEntry {
             kind,
             update: match self.rule {
@@ -246,7 +328,7 @@ impl Writer {
             },
             vertices: surface.vertices - surface.virtuals,
             faces: surface.real_faces(),
-            error: container::round_error_up(self.errors.pop().unwrap_or_default()),
+            error: container::round_error_up(error),
         });
         self.payloads.push(coder.finish());
     }

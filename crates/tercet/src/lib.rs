@@ -41,7 +41,7 @@ pub mod verify;
 
 pub use decode::{Decoder, Info, Level, LevelInfo, decode};
 pub use effort::Effort;
-pub use encode::{EncodeOptions, Encoded, Progress, encode, encode_with};
+pub use encode::{EncodeOptions, Encoded, Progress, Progressive, encode, encode_with};
 pub use error::{Error, Result};
 pub use limits::Limits;
 pub use mesh::{Mesh, Precision};

@@ -13,7 +13,9 @@ use std::fs;
 use std::path::PathBuf;
 use tercet::io::{self, Format};
 use tercet::shapes::{annulus, grid, icosahedron, join, noisy, soup, torus};
-use tercet::{Effort, EncodeOptions, Error, LevelScheme, Limits, Mesh, Precision, Update, decode, encode};
+use tercet::{
+    Effort, EncodeOptions, Error, LevelScheme, Limits, Mesh, Precision, Progressive, Update, decode, encode,
+};
 
 fn folder() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../spec/golden")
@@ -25,6 +27,12 @@ fn originals() -> Vec<(&'static str, Mesh, EncodeOptions)> {
     let ordered = EncodeOptions { keep_order: true, ..exact };
     let lattice = EncodeOptions { bits: Some(10), ..exact };
     let fast = EncodeOptions { effort: Effort::Fast, ..lattice };
+    let late = EncodeOptions {
+        progressive: Progressive::Smallest,
+        scheme: LevelScheme::Adaptive,
+        bits: Some(12),
+        ..exact
+    };
     let third = EncodeOptions { update: Update::Third, ..lattice };
     let paper = EncodeOptions { update: Update::Paper, ..lattice };
     let mut cut = join(&[torus(6, 5), soup(30, 2)]);
@@ -37,6 +45,7 @@ fn originals() -> Vec<(&'static str, Mesh, EncodeOptions)> {
         ("butterfly_closed", noisy(&butterfly::refined(&icosahedron(), 2), 0.01, 6), third),
         ("butterfly_boundary", noisy(&butterfly::refined(&holed(), 1), 0.01, 7), paper),
         ("adaptive_boundary", noisy(&holed(), 0.01, 3), lattice),
+        ("late", torus(30, 20), late),
         ("fast_boundary", noisy(&holed(), 0.01, 3), fast),
         ("fast_sqrt3", noisy(&sqrt3::refined(&grid(2, 3), 2), 0.01, 2), fast),
         ("binary_order_merges_leftovers", quantised(&cut, 64.0), ordered),
@@ -68,7 +77,7 @@ fn damaged(valid: &[u8]) -> Vec<(&'static str, Vec<u8>)> {
         ("checksum_of_a_header", flipped(12)),
         ("checksum_of_the_last_section", flipped(valid.len() - 1)),
         ("unsupported_version", [&valid[..4], &[99], &valid[5..]].concat()),
-        ("unsupported_section_type", changed(|file| file.sections.push(section(6)))),
+        ("unsupported_section_type", changed(|file| file.sections.push(section(7)))),
         ("truncated_in_a_level", valid[..valid.len() - 3].to_vec()),
         ("format_vertices_of_a_level", changed(|file| file.level(0).vertices += 1)),
         ("format_faces_of_the_mesh", changed(|file| file.faces -= 1)),
@@ -161,12 +170,12 @@ fn the_valid_files_have_every_kind_of_level_section_and_precision() {
             Precision::Refined { .. } => "refined",
         });
     }
-    // Base and adaptive; √3 of both generations under both updates, and butterfly.
+    // Base, adaptive and late; √3 of both generations under both updates, and butterfly.
     assert!(
-        [0x00, 0x01, 0x12, 0x22, 0x23, 0x14, 0x24].iter().all(|kind| levels.contains(kind)),
+        [0x00, 0x01, 0x05, 0x12, 0x22, 0x23, 0x14, 0x24].iter().all(|kind| levels.contains(kind)),
         "{levels:02x?}"
     );
-    assert!((1..=5).all(|kind| sections.contains(&kind)), "{sections:?}");
+    assert!((1..=6).all(|kind| sections.contains(&kind)), "{sections:?}");
     assert_eq!(precisions.len(), 4, "{precisions:?}");
 }
 

@@ -22,7 +22,9 @@ fn every_prefix_gives_the_levels_that_end_within_it() {
                 if arrived != last || length % 13 == 0 {
                     let (found, error) = drain(&mut decoder);
                     assert!(error.is_none(), "{what}: {error:?}");
-                    assert_eq!(found.len(), arrived, "{what}");
+                    // A finest level whose positions come late is there twice once they have arrived.
+                    let again = found.windows(2).filter(|pair| pair[0].level == pair[1].level).count();
+                    assert_eq!(found.len() - again, arrived, "{what}");
                     assert!(found.iter().all(|l| !l.restored), "{what}");
                     for (found, level) in found.iter().zip(&all) {
                         assert_eq!((found.level, &found.mesh), (level.level, &level.mesh), "{what}");

@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use tercet::io::Format;
 use tercet::{EncodeOptions, Encoded, Limits, Mesh};
 
-use crate::args::{Effort, LevelScheme, UpdateRule};
+use crate::args::{Effort, LevelScheme, Progressive, UpdateRule};
 use crate::console::Console;
 use crate::{Outcome, args, files, report};
 
@@ -28,6 +28,9 @@ pub struct EncodeArgs {
     /// scheme, and below the levels that are, levels are adaptive; the table names the kinds.
     #[arg(long, value_name = "SCHEME", default_value = "auto")]
     pub scheme: LevelScheme,
+    /// Which comes first: good levels on the way, or few bytes.
+    #[arg(long, value_name = "GOAL", default_value = "best")]
+    pub progressive: Progressive,
     /// How vertices of √3 and butterfly levels make up for the ones removed.
     #[arg(long, value_name = "RULE", default_value = "none")]
     pub update: UpdateRule,
@@ -48,6 +51,7 @@ pub fn encode(args: &EncodeArgs, limits: &Limits, console: &Console) -> Result<O
         update: args.update.into(),
         effort: args.effort.into(),
         scheme: args.scheme.into(),
+        progressive: args.progressive.into(),
     };
     let encoded = encode_shown(&mesh, &options, console).with_context(|| files::name(&args.mesh))?;
     files::write_bytes(&encoded.bytes, &output)?;

@@ -6,6 +6,8 @@ use super::model::number;
 use super::pass::{AxisOrder, Pass, Roughness};
 use super::position::PositionModels;
 use super::predict::estimate;
+use super::relax::{ESTIMATE_BITS, precise, relax, rounded};
+use super::ring::{LATE, NEAR};
 use super::shape::Shapes;
 use super::split::SplitModels;
 use super::tabled::TableModels;
@@ -14,7 +16,8 @@ use super::vector::{COORDINATE_LIMIT, Point, Vector};
 use crate::entropy::Coder;
 use crate::mesh::{NONE, Surface};
 use crate::subdivide::{
-    Refined, StepKind, Update, applies, predict_regular, refine, refine_regular, round, unlift_positions,
+    FRACTION_BITS, Refined, StepKind, Update, applies, predict_regular, refine, refine_regular, round,
+    unlift_positions,
 };
 use crate::{Effort, Error, Limits, Result};
 
@@ -23,11 +26,22 @@ pub(crate) struct Levels {
     split: SplitModels,
     flip: FlipModels,
     position: Positions,
+    effort: Effort,
     /// The finest surface so far.
     pub surface: Surface,
     /// Its positions; those of virtual vertices are meaningless.
     pub positions: Vec<Point>,
     rough: Vec<Roughness>,
+    /// Where the positions of late levels are still to come.
+    late: Option<Late>,
+}
+
+/// Vertices whose positions come after all levels.
+struct Late {
+    /// The first of them.
+    first: u32,
+    /// Where they are expected, with [`ESTIMATE_BITS`] behind the point.
+    estimates: Vec<Point>,
 }
 
 /// The models of positions.
@@ -37,6 +51,13 @@ enum Positions {
 }
 
 impl Positions {
+    fn new(effort: Effort) -> Self {
+        match effort {
+            Effort::Fast => Positions::Tables(TableModels::new()),
+            Effort::Default | Effort::Max => Positions::Mixed(PositionModels::new()),
+        }
+    }
+
     /// Codes the positions of vertices `pass.first..`, those of `targets` when encoding; they are
     /// appended to `positions`, which has those before. Time O(n).
     fn code<C: Coder>(
@@ -75,13 +96,12 @@ impl Levels {
         Levels {
             split: SplitModels::new(effort),
             flip: FlipModels::new(effort),
-            position: match effort {
-                Effort::Fast => Positions::Tables(TableModels::new()),
-                Effort::Default | Effort::Max => Positions::Mixed(PositionModels::new()),
-            },
+            position: Positions::new(effort),
+            effort,
             surface: Surface::default(),
             positions: Vec::new(),
             rough: Vec::new(),
+            late: None,
         }
     }
 
@@ -125,6 +145,7 @@ impl Levels {
             first: self.surface.virtuals,
             estimates: &[],
             order: AxisOrder::NormalLast,
+            shares: &NEAR,
             bits,
             origin,
         };
@@ -203,6 +224,7 @@ impl Levels {
             } else {
                 AxisOrder::NormalLast
             },
+            shares: &NEAR,
             bits: 0,
             origin: [0; 3],
         };
@@ -212,6 +234,52 @@ impl Levels {
             let limit = COORDINATE_LIMIT;
             self.positions.iter_mut().flatten().for_each(|x| *x = (*x).clamp(-limit, limit));
         }
+    }
+
+    /// Makes the surface of a late step the current one: its new vertices lie where they are
+    /// expected, smoothed together with those of the late levels before.
+    pub fn late_positions(&mut self, step: Step) {
+        let first = self.late.as_ref().map_or(self.surface.vertices, |late| late.first);
+        let known = self.positions[..first as usize].iter().map(|&p| precise(p));
+        let before = self.late.take().into_iter().flat_map(|late| late.estimates);
+        let spare = FRACTION_BITS - ESTIMATE_BITS;
+        let new = step
+            .estimates
+            .iter()
+            .map(|e| e.map(|x| (x >> spare).clamp(i32::MIN as i64, i32::MAX as i64) as i32));
+        let mut points: Vec<Point> = known.chain(before).chain(new).collect();
+        self.surface = step.refined.surface;
+        relax(&self.surface, &mut points, first);
+        let estimates = points.split_off(first as usize);
+        self.positions.truncate(first as usize);
+        self.positions.extend(estimates.iter().map(|&p| rounded(p)));
+        self.rough.resize(self.surface.vertices as usize, Roughness::START);
+        self.late = Some(Late { first, estimates });
+    }
+
+    /// The first vertex whose position is still to come, if any is.
+    pub fn first_late(&self) -> Option<u32> {
+        self.late.as_ref().map(|late| late.first)
+    }
+
+    /// Codes the positions of the vertices of late levels (`known` when encoding, in their order).
+    pub fn complete<C: Coder>(&mut self, coder: &mut C, known: &[Point]) {
+        let Some(Late { first, estimates }) = self.late.take() else { return };
+        let spare = FRACTION_BITS - ESTIMATE_BITS;
+        let estimates: Vec<Vector> = estimates.iter().map(|e| e.map(|x| (x as i64) << spare)).collect();
+        self.positions.truncate(first as usize);
+        // How far estimates are off is nothing that coarser levels could tell.
+        self.position = Positions::new(self.effort);
+        let pass = Pass {
+            surface: &self.surface,
+            first,
+            estimates: &estimates,
+            order: AxisOrder::NormalLast,
+            shares: &LATE,
+            bits: 0,
+            origin: [0; 3],
+        };
+        self.position.code(coder, &pass, known, &mut self.positions, &mut self.rough);
     }
 }
 

@@ -11,6 +11,7 @@ mod model;
 mod pass;
 mod position;
 mod predict;
+mod relax;
 mod residual;
 mod ring;
 mod scale;

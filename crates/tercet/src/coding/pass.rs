@@ -1,5 +1,6 @@
 //! What a pass over the positions of a surface works on.
 
+use super::ring::Shares;
 use super::vector::{Point, Vector};
 use crate::mesh::Surface;
 
@@ -38,6 +39,8 @@ pub(crate) struct Pass<'a> {
     /// Estimates of the vertices to be coded, in 1/256; empty if there are none.
     pub estimates: &'a [Vector],
     pub order: AxisOrder,
+    /// How the expectations of a vertex make its first one.
+    pub shares: &'static Shares,
     /// Width of a coordinate where nothing near is known, and what is subtracted from it.
     pub bits: u32,
     pub origin: Point,

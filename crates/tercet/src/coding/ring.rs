@@ -107,9 +107,17 @@ impl Neighbourhood<'_> {
 
 /// The first expectation, beside the mean of the known neighbours: shares (in 1/64) of the mean
 /// of the parallelograms, of the estimate and of the error of the estimates nearby, by class.
-/// Least squares over the adaptive levels of scans and CAD meshes.
-const SHARES: [[i64; 3]; 7] =
+pub(crate) type Shares = [[i64; 3]; 7];
+
+/// Where estimates are made from a coarse level that is known: least squares over the adaptive
+/// levels of scans and CAD meshes.
+pub(crate) static NEAR: Shares =
     [[0, 62, 30], [4, 60, 24], [5, 58, 24], [8, 54, 25], [8, 54, 23], [8, 50, 22], [7, 42, 22]];
+
+/// Where they come from a level several steps coarser: the same over late levels, least absolute
+/// deviations.
+pub(crate) static LATE: Shares =
+    [[0, 62, 30], [1, 57, 46], [12, 52, 48], [12, 51, 50], [4, 58, 52], [4, 56, 50], [1, 13, 17]];
 
 impl<'a> Neighbourhood<'a> {
     pub fn new(
@@ -157,7 +165,7 @@ impl<'a> Neighbourhood<'a> {
         };
         let first = match estimate {
             Some(e) => {
-                let [of_base, of_estimate, of_error] = SHARES[class];
+                let [of_base, of_estimate, of_error] = pass.shares[class];
                 [0, 1, 2].map(|k| {
                     let sum =
                         of_base * (base[k] - mean[k]) + of_estimate * (e[k] - mean[k]) + of_error * error[k];

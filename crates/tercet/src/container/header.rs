@@ -1,7 +1,7 @@
 //! The header: what the file holds, and the table of its sections.
 
 use super::fields::{Fields, malformed};
-use super::section::{self, Entry, LevelEntry, Part, Section, Supplement};
+use super::section::{self, Entry, LevelEntry, LevelKind, Part, Section, Supplement};
 use super::{unsupported, varint};
 use crate::mesh::Precision;
 use crate::{Effort, Error, Limits, Result};
@@ -47,6 +47,10 @@ impl Outline {
         section::check_count(self.faces, "faces")?;
         LevelEntry::check_all(&self.levels)?;
         Supplement::check_all(&self.supplements)?;
+        let late = self.levels.last().is_some_and(|level| level.kind == LevelKind::Late);
+        if self.supplements.contains(&Supplement::Positions) != late {
+            return Err(malformed("section table", "late levels and a positions section go together"));
+        }
         if self.supplements.contains(&Supplement::Order) && !self.order_kept {
             return Err(malformed("flags", "there is an order section, but the order is not kept"));
         }

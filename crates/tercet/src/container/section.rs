@@ -28,6 +28,8 @@ pub(crate) enum LevelKind {
     Sqrt3Odd,
     /// One butterfly step, without connectivity bits: every face becomes four.
     Butterfly,
+    /// As `Adaptive`, but the positions come after all levels.
+    Late,
 }
 
 /// What the analysis added to the even positions after predicting the odd ones.
@@ -58,6 +60,8 @@ pub(crate) struct LevelEntry {
 /// A section after the levels, completing what they decode to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Supplement {
+    /// Positions of the vertices of late levels.
+    Positions,
     /// Bits of the coordinates that the levels' lattice lacks, negative zeros among them.
     Exactness,
     /// Which vertices were one vertex before the surface was cut.
@@ -103,6 +107,7 @@ impl fmt::Display for Part {
         match self {
             Part::Level(0) => f.write_str("base"),
             Part::Level(level) => write!(f, "level {level}"),
+            Part::Supplement(Supplement::Positions) => f.write_str("positions section"),
             Part::Supplement(Supplement::Exactness) => f.write_str("exactness section"),
             Part::Supplement(Supplement::Merges) => f.write_str("merges section"),
             Part::Supplement(Supplement::Leftovers) => f.write_str("leftovers section"),
@@ -116,20 +121,22 @@ impl Supplement {
     /// The section type.
     pub(super) fn code(self) -> u8 {
         match self {
-            Supplement::Exactness => 2,
-            Supplement::Merges => 3,
-            Supplement::Leftovers => 4,
-            Supplement::Order => 5,
+            Supplement::Positions => 2,
+            Supplement::Exactness => 3,
+            Supplement::Merges => 4,
+            Supplement::Leftovers => 5,
+            Supplement::Order => 6,
             Supplement::Optional(code) => code,
         }
     }
 
     fn from_code(code: u8) -> Result<Self> {
         match code {
-            2 => Ok(Supplement::Exactness),
-            3 => Ok(Supplement::Merges),
-            4 => Ok(Supplement::Leftovers),
-            5 => Ok(Supplement::Order),
+            2 => Ok(Supplement::Positions),
+            3 => Ok(Supplement::Exactness),
+            4 => Ok(Supplement::Merges),
+            5 => Ok(Supplement::Leftovers),
+            6 => Ok(Supplement::Order),
             FIRST_OPTIONAL.. => Ok(Supplement::Optional(code)),
             _ => Err(unsupported(format!("section type {code}"))),
         }
@@ -182,6 +189,12 @@ impl LevelEntry {
                     "fewer vertices or faces than the level below",
                 ));
             }
+            if pair[0].kind == LevelKind::Late && pair[1].kind != LevelKind::Late {
+                return Err(Error::format(
+                    Part::Level(i + 1).to_string(),
+                    "has positions, but those of the level below come late",
+                ));
+            }
         }
         Ok(())
     }
@@ -194,6 +207,7 @@ impl LevelEntry {
             LevelKind::Sqrt3Even => 2,
             LevelKind::Sqrt3Odd => 3,
             LevelKind::Butterfly => 4,
+            LevelKind::Late => 5,
         };
         let update = match self.update {
             UpdateRule::None => 0,
@@ -214,6 +228,7 @@ impl LevelEntry {
             2 => LevelKind::Sqrt3Even,
             3 => LevelKind::Sqrt3Odd,
             4 => LevelKind::Butterfly,
+            5 => LevelKind::Late,
             kind => return Err(unsupported(format!("level kind {kind}"))),
         };
         let update = match byte >> 4 {

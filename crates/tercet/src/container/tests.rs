@@ -24,10 +24,11 @@ fn sample() -> (Outline, Vec<Vec<u8>>) {
         faces: 596,
         levels: vec![
             level(LevelKind::Base, 30, 56, 0.5),
-            level(LevelKind::Adaptive, 100, 196, 0.125),
-            LevelEntry { update: UpdateRule::Third, ..level(LevelKind::Sqrt3Even, 296, 588, 0.0) },
+            LevelEntry { update: UpdateRule::Third, ..level(LevelKind::Sqrt3Even, 88, 172, 0.125) },
+            level(LevelKind::Late, 296, 588, 0.0625),
         ],
         supplements: vec![
+            Supplement::Positions,
             Supplement::Exactness,
             Supplement::Merges,
             Supplement::Leftovers,
@@ -35,8 +36,17 @@ fn sample() -> (Outline, Vec<Vec<u8>>) {
             Supplement::Optional(200),
         ],
     };
-    let payloads =
-        vec![vec![1; 20], vec![], vec![2; 7], vec![3], vec![4; 2], vec![5], vec![6; 3], vec![7; 5]];
+    let payloads = vec![
+        vec![1; 20],
+        vec![],
+        vec![2; 7],
+        vec![8; 4],
+        vec![3],
+        vec![4; 2],
+        vec![5],
+        vec![6; 3],
+        vec![7; 5],
+    ];
     (outline, payloads)
 }
 
@@ -120,7 +130,7 @@ fn a_tiny_file_has_these_bytes() {
         &[0x26, 0x39, 0xF4, 0xCB],     //   CRC-32 of "123456789", cbf43926
         &[0, 3, 1],                    //   base without update, 3 vertices, 1 face
         &[0, 0],                       //   geometric error 0
-        &[3, 0],                       // merges, 0 bytes
+        &[4, 0],                       // merges, 0 bytes
         &[0, 0, 0, 0],                 //   CRC-32 of nothing
         &HEADER_CRC,                   // header checksum
         b"123456789",                  // the base
@@ -134,7 +144,7 @@ fn a_tiny_file_has_these_bytes() {
 }
 
 /// Checksum of the golden file's header, as printed in the format document.
-const HEADER_CRC: [u8; 4] = [0xD6, 0x95, 0x4D, 0xD9];
+const HEADER_CRC: [u8; 4] = [0x66, 0x46, 0x28, 0xF8];
 
 #[test]
 fn sections_lie_end_to_end_behind_the_header() {
@@ -335,9 +345,9 @@ fn features_of_later_versions_are_unsupported() {
     assert!(unsupported(&changed(0, 0x80)), "a reserved flag");
     assert!(unsupported(&changed(1, 2)), "two streams");
     assert!(unsupported(&changed(2, 4)), "a precision");
-    assert!(unsupported(&changed(kind, 5)), "a level kind");
+    assert!(unsupported(&changed(kind, 6)), "a level kind");
     assert!(unsupported(&changed(kind, 0x30)), "an update rule");
-    for code in [0, 6, 127] {
+    for code in [0, 7, 127] {
         assert!(unsupported(&with_table(&[&[2], BASE, &[code, 0, 0, 0, 0, 0]])), "section type {code}");
     }
 }
@@ -345,8 +355,8 @@ fn features_of_later_versions_are_unsupported() {
 #[test]
 fn headers_that_break_a_rule_are_refused() {
     let level = |kind: u8, vertices: u8, faces: u8| [1, 0, 0, 0, 0, 0, kind, vertices, faces, 0, 0];
-    let merges = [3, 0, 0, 0, 0, 0];
-    let order = [5, 0, 0, 0, 0, 0];
+    let merges = [4, 0, 0, 0, 0, 0];
+    let order = [6, 0, 0, 0, 0, 0];
     let optional = [128, 0, 0, 0, 0, 0];
     let refused = |what: &str, table: &[&[u8]]| {
         let end = failure(&with_table(table));
@@ -363,6 +373,8 @@ fn headers_that_break_a_rule_are_refused() {
     refused("a supplement twice", &[&[3], BASE, &merges, &merges]);
     refused("types out of order", &[&[3], BASE, &optional, &merges]);
     refused("an order section without the flag", &[&[2], BASE, &order]);
+    refused("late levels without positions", &[&[2], BASE, &level(5, 3, 1)]);
+    refused("positions without late levels", &[&[2], BASE, &[2, 0, 0, 0, 0, 0]]);
     refused("a byte after the table", &[&[1], BASE, &[0]]);
     refused("a table cut short", &[&[2], BASE]);
     refused("a count padded", &[&[0x81, 0x00], BASE]);
@@ -383,7 +395,12 @@ fn an_outline_that_breaks_a_rule_is_not_written() {
     refused(Outline { order_kept: false, ..good.clone() });
     refused(Outline { vertices: u32::MAX, ..good.clone() });
     refused(Outline { levels: vec![level(LevelKind::Base, 0, 0, f32::NAN)], ..good.clone() });
-    refused(Outline { supplements: vec![Supplement::Optional(127)], ..good.clone() });
+    refused(Outline { supplements: vec![Supplement::Positions, Supplement::Optional(127)], ..good.clone() });
+    refused(Outline { supplements: vec![], ..good.clone() });
+    refused(Outline { levels: good.levels[..2].to_vec(), ..good.clone() });
+    let mut mixed = good.levels.clone();
+    mixed.extend([level(LevelKind::Adaptive, 300, 596, 0.0), good.levels[2]]);
+    refused(Outline { levels: mixed, ..good.clone() });
     refused(Outline { precision: Precision::Decimal { exponent: 10, digits: 0, origin: [0; 3] }, ..good });
 }
 

@@ -41,6 +41,8 @@ pub(crate) struct LevelErrors {
     samples: Vec<Sample>,
     /// Finest level first; finite and not negative.
     errors: Vec<f32>,
+    /// The faces that the samples were nearest to, finest level first.
+    faces: Vec<Vec<u32>>,
 }
 
 impl LevelErrors {
@@ -64,6 +66,7 @@ impl LevelErrors {
             diagonal: diagonal(mesh),
             samples: (0..count).map(sample).collect(),
             errors: Vec::new(),
+            faces: Vec::new(),
         }
     }
 
@@ -85,15 +88,28 @@ impl LevelErrors {
             sample.face = face;
             sum += square;
         }
+        self.errors.push(self.root_mean(sum));
+        self.faces.push(self.samples.iter().map(|sample| sample.face).collect());
+    }
+
+    /// The error of a level, counted from the finest, 0.
+    pub fn of(&self, level: usize) -> f32 {
+        self.errors[level]
+    }
+
+    /// The error of a level, counted from the finest, if its vertices lay at `positions`. Time O(samples).
+    pub fn estimated(&self, level: usize, surface: &Surface, positions: &[[i32; 3]]) -> f32 {
+        let shape = Shape { surface, positions, lattice: &self.lattice };
+        let starts = self.samples.iter().zip(&self.faces[level]);
+        self.root_mean(starts.map(|(sample, &face)| shape.descend(sample.position, face).1).sum())
+    }
+
+    /// The error for the sum of the samples' squared distances.
+    fn root_mean(&self, sum: f64) -> f32 {
         let degenerate = self.samples.is_empty() || self.diagonal == 0.0;
         let mean = if degenerate { 0.0 } else { (sum / self.samples.len() as f64).sqrt() / self.diagonal };
         // Rounding to f32 cannot leave its range: no distance is much beyond the diagonal.
-        self.errors.push(mean.min(f32::MAX.into()) as f32);
-    }
-
-    /// The errors, finest level first.
-    pub fn finish(self) -> Vec<f32> {
-        self.errors
+        mean.min(f32::MAX.into()) as f32
     }
 }
 

@@ -6,7 +6,7 @@ pub mod file;
 pub mod sqrt3;
 
 use tercet::shapes::{annulus, grid, icosahedron, join, noisy, scan, shuffled, soup, torus};
-use tercet::{Decoder, Effort, EncodeOptions, Error, Level, Limits, Mesh, Update};
+use tercet::{Decoder, Effort, EncodeOptions, Error, Level, Limits, Mesh, Progressive, Update};
 
 /// A grid whose middle is missing.
 pub fn holed() -> Mesh {
@@ -59,6 +59,7 @@ pub fn options() -> Vec<EncodeOptions> {
             effort: Effort::Fast,
             ..plain
         },
+        EncodeOptions { bits: Some(10), progressive: Progressive::Smallest, ..plain },
     ]
 }
 

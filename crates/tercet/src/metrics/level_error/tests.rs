@@ -135,7 +135,7 @@ fn both_errors(mesh: &Mesh, rule: Update, counts: impl Fn(Vector) -> bool) -> Ve
         let sum: f64 = points.iter().map(|&p| nearest(p)).sum();
         exact.push((sum / points.len() as f64).sqrt() / diagonal(mesh));
     });
-    measured.finish().into_iter().map(f64::from).zip(exact).collect()
+    (0..exact.len()).map(|level| f64::from(measured.of(level))).zip(exact).collect()
 }
 
 /// The mesh of `surface`, whose real vertex i lies `at(i)`, refined by these steps, with noise.

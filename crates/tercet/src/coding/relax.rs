@@ -1,0 +1,120 @@
+//! Smoothing of estimates: where vertices lie of which nothing but the connectivity is known.
+//!
+//! The vertices of late levels move against the second difference of the surface (a damped step down
+//! the gradient of its bilaplacian energy; Kobbelt et al., "Interactive multi-resolution modeling on
+//! arbitrary meshes", 1998), while those with known positions stay. A few sweeps on each level do what
+//! many on the finest would: coarse levels carry far.
+
+use super::vector::{COORDINATE_LIMIT, Point};
+use crate::mesh::{Surface, next};
+
+/// Estimates of late vertices have so many bits behind the point.
+pub(crate) const ESTIMATE_BITS: u32 = 3;
+
+const SWEEPS: usize = 4;
+
+/// The largest coordinate of an estimate.
+const LARGEST: i32 = ((COORDINATE_LIMIT as i64 - 1) << ESTIMATE_BITS) as i32;
+
+/// A lattice point with the bits of an estimate.
+pub(crate) fn precise(p: Point) -> Point {
+    p.map(|x| x.clamp(1 - COORDINATE_LIMIT, COORDINATE_LIMIT - 1) << ESTIMATE_BITS)
+}
+
+/// The lattice point nearest to an estimate.
+pub(crate) fn rounded(p: Point) -> Point {
+    p.map(|x| (x + (1 << (ESTIMATE_BITS - 1))) >> ESTIMATE_BITS)
+}
+
+/// Smooths the estimates of the vertices from `first` on; `points` has an entry a vertex. Time O(n).
+pub(crate) fn relax(surface: &Surface, points: &mut [Point], first: u32) {
+    let neighbours = real_neighbours(surface);
+    let mut sums = Vec::new();
+    let mut off = vec![[0i32; 3]; points.len()];
+    for _ in 0..SWEEPS {
+        sum_neighbours(surface, points, &mut sums);
+        for (v, off) in off.iter_mut().enumerate() {
+            *off = from_mean(&sums[v], neighbours[v], points[v]);
+        }
+        sum_neighbours(surface, &off, &mut sums);
+        for v in first as usize..points.len() {
+            let second = from_mean(&sums[v], neighbours[v], off[v]);
+            for (x, second) in points[v].iter_mut().zip(second) {
+                *x = (*x - second / 2).clamp(-LARGEST, LARGEST);
+            }
+        }
+    }
+}
+
+/// For each vertex the number of its ring members that are real.
+fn real_neighbours(surface: &Surface) -> Vec<u32> {
+    let mut count = vec![0; surface.vertices as usize];
+    for (c, &v) in (0..).zip(&surface.vertex) {
+        count[v as usize] += !surface.is_virtual(surface.at(next(c))) as u32;
+    }
+    count
+}
+
+/// For each vertex the sum of `values` over its real neighbours: each follows it in one face.
+fn sum_neighbours(surface: &Surface, values: &[Point], sums: &mut Vec<[i64; 3]>) {
+    sums.clear();
+    sums.resize(values.len(), [0; 3]);
+    for f in 0..surface.faces() {
+        let [a, b, c] = surface.face(f);
+        for (v, neighbour) in [(a, b), (b, c), (c, a)] {
+            if !surface.is_virtual(neighbour) {
+                let (sum, value) = (&mut sums[v as usize], values[neighbour as usize]);
+                (0..3).for_each(|k| sum[k] += value[k] as i64);
+            }
+        }
+    }
+}
+
+/// The mean of `count` values of the given sum, less `value`, rounded towards 0; 0 without values.
+fn from_mean(sum: &[i64; 3], count: u32, value: Point) -> [i32; 3] {
+    if count == 0 {
+        return [0; 3];
+    }
+    [0, 1, 2].map(|k| {
+        let mean = sum[k] / count as i64;
+        (mean - value[k] as i64).clamp(-LARGEST as i64, LARGEST as i64) as i32
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::cut;
+    use crate::shapes::grid;
+
+    #[test]
+    fn a_dent_in_a_plane_is_smoothed_away() {
+        let mesh = grid(9, 9);
+        let surface = cut(&mesh).surface;
+        let virtuals = surface.virtuals as usize;
+        let mut points = vec![[0; 3]; surface.vertices as usize];
+        for (p, q) in points[virtuals..].iter_mut().zip(&mesh.positions) {
+            *p = precise([(q[0] * 1000.0) as i32, (q[1] * 1000.0) as i32, 0]);
+        }
+        let middle = points.len() - 41;
+        points[middle][2] = 8000;
+        let (mut late, before) = (points.clone(), points);
+        let first = middle as u32;
+        for _ in 0..4 {
+            relax(&surface, &mut late, first);
+        }
+        assert_eq!(late[..middle], before[..middle]);
+        assert!(late[middle][2].abs() < 800, "{:?}", late[middle]);
+    }
+
+    #[test]
+    fn the_ends_of_the_range_hold() {
+        let surface = cut(&grid(3, 3)).surface;
+        let far = COORDINATE_LIMIT;
+        let mut points: Vec<Point> =
+            (0..surface.vertices as i32).map(|v| precise([far * (v % 2 * 2 - 1), -far, far])).collect();
+        relax(&surface, &mut points, surface.virtuals);
+        assert!(points.iter().flatten().all(|x| x.abs() <= LARGEST));
+        assert_eq!(rounded(precise([far, -far, 5])), [far - 1, 1 - far, 5]);
+    }
+}
