@@ -166,22 +166,18 @@ fn goals_out_of_range_or_reach_are_refused() {
     assert!(matches!(run(&point, &within(0.01)), Err(Error::Mesh { .. })));
 }
 
-/// The meshes of the folder that `TERCET_CORPUS` names.
+/// Two meshes of the folder that `TERCET_CORPUS` names, one with creases and one with ears; the
+/// bench's table `remesh` has more and takes minutes.
 #[test]
 fn the_corpus_is_remeshed_within_half_a_thousandth() {
     let Some(folder) = std::env::var_os("TERCET_CORPUS") else { return };
-    for file in ["horse.ply", "igea.ply", "stanford-bunny.obj", "spot.obj", "cow.obj", "fandisk.obj"] {
+    for file in ["spot.obj", "fandisk.obj"] {
         let path = Path::new(&folder).join(file);
         let Ok(bytes) = std::fs::read(&path) else { continue };
         let format = io::Format::from_path(&path).unwrap();
         let mesh = io::read(&bytes, format, &Limits::default()).unwrap().mesh;
         let remeshed = run(&mesh, &within(0.0005)).unwrap();
         assert!(remeshed.comparison.rms() <= 0.0005 * remeshed.comparison.diagonal, "{file}");
-        // The cow has a vertex where two fans meet, which remeshing cuts apart.
-        if remeshed.repairs.cut_vertices == 0 {
-            check(file, &mesh, &remeshed);
-        } else {
-            assert_eq!(remeshed.folded, 0, "{file}");
-        }
+        check(file, &mesh, &remeshed);
     }
 }

@@ -31,7 +31,7 @@ pub struct RemeshArgs {
     /// Faces of the result, at most [default: four times those of MESH, at least 200000].
     #[arg(long, value_name = "N")]
     pub max_faces: Option<usize>,
-    /// Move new vertices along the predicted normal: the smallest files [default].
+    /// Move new vertices along the predicted normal, the default: the smallest files.
     #[arg(long, conflicts_with = "relaxed")]
     pub normal: bool,
     /// Move new vertices to the nearest point, and even the triangles out.

@@ -62,7 +62,7 @@ pub struct Look {
     /// Show every face flat [default: smooth but for creases].
     #[arg(long)]
     pub flat: bool,
-    /// Behind the surface: none, or #rrggbb [default: #ffffff for a single picture, none on a page].
+    /// Behind the surface: none, or #rrggbb; unless given, white for a single picture and none on a page.
     #[arg(long, value_name = "COLOUR", value_parser = background)]
     pub background: Option<Background>,
 }

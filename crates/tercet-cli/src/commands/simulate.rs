@@ -22,7 +22,7 @@ pub struct SimulateArgs {
     pub file: PathBuf,
     /// The channel, as words separated by commas: loss=P, burst=PACKETS, states=P/P (lost in the good
     /// and the bad state), rate=BITS (k, M), rtt=TIME, jitter=TIME (ms, s), ber=P, reorder=P,
-    /// duplicate=P, phone=SEED (changing rates), trace=FILE.csv (seconds,bits per second[,loss]).
+    /// duplicate=P, phone=SEED (changing rates), trace=FILE.csv (seconds, bits per second and, if wanted, loss).
     #[arg(long, value_name = "WORDS", default_value = "loss=0.1,burst=8,rate=1M,rtt=100ms")]
     pub channel: String,
     /// What to compare.

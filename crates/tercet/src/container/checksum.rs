@@ -37,7 +37,7 @@ mod tests {
 
     #[test]
     fn it_is_the_one_that_others_compute() {
-        let bytes: Vec<u8> = (0..1000u32).map(|i| (i * i >> 3) as u8).collect();
+        let bytes: Vec<u8> = (0..1000u32).map(|i| ((i * i) >> 3) as u8).collect();
         let mut portions = Checksum::default();
         bytes.chunks(7).for_each(|portion| portions.update(portion));
         assert_eq!(portions.finish(), crc32fast::hash(&bytes));

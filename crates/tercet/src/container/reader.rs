@@ -254,7 +254,7 @@ fn parse_preamble(bytes: &[u8], limits: &Limits) -> Result<Header> {
     Header::read(fields, bytes.len() as u64, limits)
 }
 
-/// The same error once more: errors hold an [`io::Error`] in one variant and cannot be cloned.
+/// The same error once more: errors hold an `std::io::Error` in one variant and cannot be cloned.
 fn repeated(error: &Error) -> Error {
     match error {
         // Nothing is read here but memory: only for the sake of completeness.

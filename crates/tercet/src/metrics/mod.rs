@@ -1,4 +1,4 @@
-//! How far surfaces are apart: [`compare`] two meshes, or ask a [`TriangleTree`] for the point of a
+//! How far surfaces are apart: [`compare()`] two meshes, or ask a [`TriangleTree`] for the point of a
 //! mesh that is nearest to another point.
 
 mod compare;
