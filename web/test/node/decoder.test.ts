@@ -136,14 +136,19 @@ test("a decoder hands out levels in order, and mends damage", async () => {
 });
 
 test("decoding keeps 0.4 of the native speed", (t) => {
-  // Of several runs the best: the machine may be busy. The engine compiles well within two.
+  // This process's time, and of several runs the best: the machine may be busy. The engine compiles well
+  // within two.
+  const now = () => {
+    const { user, system } = process.cpuUsage();
+    return (user + system) / 1000;
+  };
   let best = Infinity;
   for (let run = 0; run < 8; run++) {
-    const start = performance.now();
+    const start = now();
     const instance = new Instance(module);
     instance.push(large.bytes);
     while (instance.next());
-    best = Math.min(best, performance.now() - start);
+    best = Math.min(best, now() - start);
   }
   const ratio = large.milliseconds / best;
   t.diagnostic(`${large.name}: ${best.toFixed(0)} ms, native ${large.milliseconds.toFixed(0)} ms: ${ratio.toFixed(2)} of its speed`);
