@@ -18,7 +18,12 @@ export interface TercetInfo {
 export interface LevelInfo {
   /** 0 is the base. */
   level: number;
-  kind: "base" | "adaptive" | "sqrt3" | "butterfly";
+  /**
+   * A `late` level is an adaptive one whose positions come after all levels. Until then its new vertices
+   * lie where they are estimated; `bytes` and `error` are those of the estimates. When they come, the
+   * finest level is handed out again.
+   */
+  kind: "base" | "adaptive" | "sqrt3" | "butterfly" | "late";
   vertices: number;
   faces: number;
   /** Bytes from the file's start to the end of this level. */
@@ -27,7 +32,10 @@ export interface LevelInfo {
   error: number;
 }
 
-/** A mesh as far as it has arrived. */
+/**
+ * A mesh as far as it has arrived. The finest level may come up to three times under the same number: as
+ * it was coded, with the positions that were late, and as the original.
+ */
 export interface Level {
   /** 0 is the base. */
   level: number;

@@ -88,17 +88,23 @@ async function* chunks(body: ReadableStream<Uint8Array>, options: RangeOptions):
   }
 }
 
-async function patient<T>(act: () => Promise<T>, { patience, paused }: RangeOptions): Promise<T> {
+async function patient<T>(act: () => Promise<T>, { patience, paused, signal }: RangeOptions): Promise<T> {
   let timer: ReturnType<typeof setTimeout> | undefined;
+  const ended = new AbortController();
   const stalled = new Promise<never>((_, reject) => {
     const lose = () => reject(new TercetError("network", `nothing arrived for ${patience / 1000} s`));
     const wait = () => (timer = setTimeout(() => (paused() ? wait() : lose()), patience));
     wait();
+    // Not every engine ends a read of a body that is aborted just as its last bytes have come.
+    const abort = () => reject(signal.reason);
+    if (signal.aborted) abort();
+    else signal.addEventListener("abort", abort, { signal: ended.signal });
   });
   try {
     return await Promise.race([act(), stalled]);
   } finally {
     clearTimeout(timer);
+    ended.abort();
   }
 }
 

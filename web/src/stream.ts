@@ -153,10 +153,10 @@ export class TercetStream implements AsyncIterable<Level> {
         this.aborter.signal.throwIfAborted();
         // A section that is damaged time and again is no progress, however often it arrives.
         const before = progress;
-        const mishap = await this.mended(error);
+        const { cause, ...mishap } = await this.mended(error);
         progress = Math.max(progress, this.received);
         failures = progress > before ? 1 : failures + 1;
-        if (failures >= attempts) throw error;
+        if (failures >= attempts) throw cause;
         this.options.onMishap?.(mishap);
         await pause(Math.min(LONGEST_WAIT, FIRST_WAIT * 2 ** (failures - 1)), this.aborter.signal);
       }
@@ -229,7 +229,7 @@ export class TercetStream implements AsyncIterable<Level> {
   }
 
   /** Makes ready for another request, or throws what no request can mend. */
-  private async mended(error: unknown): Promise<Mishap> {
+  private async mended(error: unknown): Promise<Mishap & { cause: TercetError }> {
     await this.decoded;
     const cause = this.damage ?? error;
     this.damage = undefined;
@@ -240,10 +240,10 @@ export class TercetStream implements AsyncIterable<Level> {
       if (at === undefined) throw cause;
       this.received = at;
       this.refetch = true; // What lies in a cache may be the damaged copy.
-      return { kind: "damage", at, message };
+      return { kind: "damage", at, message, cause };
     }
     if (cause.kind !== "network") throw cause;
-    return { kind: "connection", at: this.received, message };
+    return { kind: "connection", at: this.received, message, cause };
   }
 }
 

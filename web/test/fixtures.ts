@@ -6,6 +6,8 @@ export interface Fixture {
   name: string;
   /** Of each level, then of the original where sections restore it. */
   digests: string[];
+  /** Bytes from the file's start to the end of each level. */
+  ends: number[];
   /** The native decoder's time. */
   milliseconds: number;
   bytes: Buffer<ArrayBuffer>;

@@ -22,6 +22,8 @@ export interface Weather {
   cuts?: number[];
   /** Spoils the byte at this place of the file, so many times. */
   damage?: { at: number; times: number };
+  /** Holds back what comes after so many bytes of the file; may be raised meanwhile. */
+  stopsAt?: number;
   /** Sends whole files, whatever range is asked for. */
   ignoresRanges?: boolean;
 }
@@ -121,7 +123,9 @@ export class Link {
         // What was sent arrives; then the connection is gone.
         return void response.socket?.destroySoon();
       }
-      const portion = Buffer.from(body.subarray(at, Math.min(to, at + step)));
+      while (at >= (weather.stopsAt ?? Infinity) && !response.destroyed) await sleep(20);
+      const portion = Buffer.from(body.subarray(at, Math.min(to, at + step, heldFrom(at, weather))));
+      step = portion.length;
       if (damage && damage.times > 0 && damage.at >= at && damage.at < at + portion.length) {
         portion[damage.at - at]! ^= 0x10;
         damage.times -= 1;
@@ -134,6 +138,11 @@ export class Link {
     }
     response.end();
   }
+}
+
+/** The byte that is not sent for now. */
+function heldFrom(at: number, { stopsAt = Infinity }: Weather): number {
+  return stopsAt > at ? stopsAt : Infinity;
 }
 
 function extent(range: string | undefined, length: number): [number, number] {

@@ -11,18 +11,25 @@ export class Stage {
   arrived: number;
   /** Milliseconds that decoding took. */
   decoding: number;
+  /** Whether this is the original. */
+  restored: boolean;
   /** The level as it was coded, and where it differs the original that it was completed to. */
   private readonly surface: BufferGeometry;
   private original: BufferGeometry | undefined;
-  /** How far each vertex lies from where it was expected when it was new; NaN in the base. */
+  /** How far each vertex lies from where it was expected when it was new; NaN where nothing tells. */
   private readonly lengths: Float32Array;
 
-  constructor(private readonly decoded: Level, below: Stage | undefined, arrived: number) {
+  /** @param estimated Whether its vertices' positions are late: they lie where they are estimated. */
+  constructor(
+    private readonly decoded: Level, below: Stage | undefined, public estimated: boolean, arrived: number,
+  ) {
     this.level = decoded.level;
     this.arrived = arrived;
     this.decoding = decoded.milliseconds;
+    this.restored = decoded.restored;
     this.surface = geometryOf(decoded);
-    this.lengths = lengths(decoded, below?.lengths);
+    this.lengths = lengthsBelow(decoded, below?.lengths);
+    if (!estimated) this.measure(decoded, decoded.kept);
   }
 
   get hasPrediction(): boolean {
@@ -40,11 +47,17 @@ export class Stage {
     return wanted === "mesh" ? (this.original ?? this.surface) : this.surface;
   }
 
-  /** The finest level once more, as the original. */
-  complete(restored: Level, arrived: number): void {
-    this.original = geometryOf(restored);
+  /** The finest level once more: as the original, or from `firstLate` on no longer estimated. */
+  complete(again: Level, firstLate: number, arrived: number): void {
+    if (this.estimated) {
+      this.settle(again, firstLate);
+    } else {
+      this.original?.dispose();
+      this.original = geometryOf(again);
+    }
     this.arrived = arrived;
-    this.decoding += restored.milliseconds;
+    this.decoding += again.milliseconds;
+    this.restored = again.restored;
   }
 
   /** Colours the surface's vertices by their part in the division. */
@@ -72,20 +85,36 @@ export class Stage {
     this.original?.dispose();
   }
 
+  /** Puts late vertices in their places: what was expected of them is what they were estimated to be. */
+  private settle({ positions, normals }: Level, firstLate: number): void {
+    const predicted = this.decoded.positions;
+    this.measure({ positions, predicted }, firstLate);
+    // The same faces: the picture that shows this geometry follows.
+    this.surface.setAttribute("position", new BufferAttribute(positions, 3));
+    this.surface.setAttribute("predicted", new BufferAttribute(predicted, 3));
+    if (normals) this.surface.setAttribute("normal", new BufferAttribute(normals, 3));
+    this.surface.deleteAttribute("predictedNormal");
+    Object.assign(this.decoded, { positions, predicted, normals });
+    this.estimated = false;
+  }
+
+  private measure({ positions, predicted }: Pick<Level, "positions" | "predicted">, from: number): void {
+    if (!predicted) return;
+    for (let v = from; v < this.lengths.length; v++) {
+      const at = 3 * v;
+      this.lengths[v] = Math.hypot(
+        positions[at]! - predicted[at]!, positions[at + 1]! - predicted[at + 1]!, positions[at + 2]! - predicted[at + 2]!);
+    }
+  }
+
   private paint(colours: Float32Array): void {
     this.surface.setAttribute("color", new BufferAttribute(colours, 3));
   }
 }
 
-function lengths({ positions, predicted, kept }: Level, below: Float32Array | undefined): Float32Array {
+function lengthsBelow({ positions, predicted, kept }: Level, below: Float32Array | undefined): Float32Array {
   const found = new Float32Array(positions.length / 3).fill(NaN);
-  if (!predicted) return found;
-  if (below) found.set(below.subarray(0, kept));
-  for (let v = kept; v < found.length; v++) {
-    const at = 3 * v;
-    found[v] = Math.hypot(
-      positions[at]! - predicted[at]!, positions[at + 1]! - predicted[at + 1]!, positions[at + 2]! - predicted[at + 2]!);
-  }
+  if (predicted && below) found.set(below.subarray(0, kept));
   return found;
 }
 
@@ -100,10 +129,12 @@ export class Model {
     const same = this.stages[level.level];
     if (level.digest) this.digest = level.digest;
     if (same) {
-      same.complete(level, arrived);
+      const settled = this.stages.findLast(({ estimated }) => !estimated);
+      same.complete(level, settled?.counts[0] ?? 0, arrived);
       return same;
     }
-    const stage = new Stage(level, this.stages[level.level - 1], arrived);
+    const estimated = this.info?.levels[level.level]?.kind === "late";
+    const stage = new Stage(level, this.stages[level.level - 1], estimated, arrived);
     this.stages[level.level] = stage;
     return stage;
   }

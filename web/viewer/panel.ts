@@ -14,6 +14,8 @@ const CAPTIONS: Record<Picture, string> = {
   predicted: "Every new vertex where it is expected: this level if all its details were zero.",
 };
 
+const ESTIMATED = "Vertices of this level lie where they are estimated: their positions come after all levels.";
+
 /** The element of that id; a page without it is not this one. */
 export function element<E extends HTMLElement = HTMLElement>(id: string): E {
   const found = document.getElementById(id);
@@ -41,7 +43,7 @@ export function setProgress(received: number, total: number | undefined): void {
 export function setMarks(info: TercetInfo | undefined): void {
   const bar = element("progress");
   bar.querySelectorAll("b").forEach((mark) => mark.remove());
-  for (const level of info?.levels.slice(0, -1) ?? []) {
+  for (const level of info?.levels.filter(({ bytes }) => bytes < info.bytes) ?? []) {
     const mark = document.createElement("b");
     mark.style.left = `${(100 * level.bytes) / info!.bytes}%`;
     bar.append(mark);
@@ -62,16 +64,18 @@ export function setFigures(model: Model | undefined, stage: Stage | undefined): 
   const text = element("level-text");
   if (stage && level && model?.info) {
     // The finest level is complete with the file's last byte.
-    const bytes = stage.level === last ? model.info.bytes : level.bytes;
+    const bytes = stage.restored ? model.info.bytes : level.bytes;
     const [vertices, faces] = stage.counts;
     slider.setAttribute("aria-valuetext", `${stage.level} of ${last}, ${vertices} vertices`);
-    text.innerHTML = `${stage.level} <small>of ${last}${stage.level === 0 ? ", the base" : ""}</small>`;
+    const remark = stage.level === 0 ? ", the base" : stage.estimated ? ", estimated" : "";
+    text.innerHTML = `${stage.level} <small>of ${last}${remark}</small>`;
+    text.title = stage.estimated ? ESTIMATED : "";
     Object.assign(figures, {
       vertices: format.count(vertices),
       faces: format.count(faces),
       bytes: format.bytes(bytes),
       percent: format.percent(bytes / model.info.bytes),
-      error: stage.level === last && model.info.bits === 0 ? "none" : format.percent(level.error),
+      error: errorOf(model.info, stage),
       time: format.duration(stage.arrived),
     });
     element("time").title = `decoded in ${stage.decoding.toFixed(1)} ms`;
@@ -79,6 +83,15 @@ export function setFigures(model: Model | undefined, stage: Stage | undefined): 
     text.textContent = "–";
   }
   for (const [id, value] of Object.entries(figures)) element(id).textContent = value;
+}
+
+/** The error of what is shown: the index has that of late levels as they are estimated. */
+function errorOf({ bits, levels }: TercetInfo, { level, restored }: Stage): string {
+  if (restored && bits === 0) return "none";
+  const { kind, error } = levels[level]!;
+  // Half the diagonal of a cell of the lattice, whose longest side is at most the mesh's diagonal.
+  const rounding = Math.sqrt(3) / 2 / (2 ** bits - 1);
+  return restored && kind === "late" ? `≤ ${format.percent(Math.min(rounding, error))}` : format.percent(error);
 }
 
 export function setPicture(picture: Picture): void {

@@ -128,13 +128,16 @@ export class Viewer {
 
   private arrive(level: Level): void {
     const model = this.model!;
+    const wasEstimated = model.stages[level.level]?.estimated;
     const stage = model.take(level, performance.now() - this.started);
     // Whoever watches the page from outside hears of it too.
-    const { restored } = level;
-    dispatchEvent(new CustomEvent("tercet-level", { detail: { level: stage.level, restored, arrived: stage.arrived } }));
+    const { restored, estimated, arrived } = stage;
+    dispatchEvent(new CustomEvent("tercet-level", { detail: { level: stage.level, restored, estimated, arrived } }));
     if (this.shown === stage) {
-      // The same level, now as the original: an animation puts it up when it ends.
-      if (!this.growing) this.put(stage);
+      // The same level, completed: an animation puts it up when it ends.
+      if (this.growing) return;
+      if (wasEstimated && !estimated && !this.calm) this.grow(stage, "out", GROWING, () => this.put(stage));
+      else this.put(stage);
     } else if (this.follows) {
       if (!this.growing) this.change(stage);
     } else {
@@ -157,7 +160,7 @@ export class Viewer {
   private change(stage: Stage): void {
     const before = this.shown;
     this.shown = stage;
-    const calm = !this.grows || this.picture === "predicted" || matchMedia("(prefers-reduced-motion: reduce)").matches;
+    const { calm } = this;
     const done = () => {
       this.growing = false;
       const finest = this.model?.finest;
@@ -170,15 +173,23 @@ export class Viewer {
     const behind = this.follows ? (this.model?.finest?.level ?? stage.level) - stage.level : 0;
     const milliseconds = GROWING / (1 + 2 * behind);
     if (before && !calm && stage.level > before.level && stage.hasPrediction) {
-      this.growing = true;
-      this.view.grow(this.frame(stage, "division"), "out", milliseconds, done);
+      this.grow(stage, "out", milliseconds, done);
     } else if (before && !calm && stage.level === before.level - 1 && before.hasPrediction) {
-      this.growing = true;
-      this.view.grow(this.frame(before, "division"), "in", milliseconds, done);
+      this.grow(before, "in", milliseconds, done);
     } else {
       this.growing = false;
       this.put(stage);
     }
+  }
+
+  /** Whether levels replace each other without a transition. */
+  private get calm(): boolean {
+    return !this.grows || this.picture === "predicted" || matchMedia("(prefers-reduced-motion: reduce)").matches;
+  }
+
+  private grow(stage: Stage, direction: "out" | "in", milliseconds: number, done: () => void): void {
+    this.growing = true;
+    this.view.grow(this.frame(stage, "division"), direction, milliseconds, done);
   }
 
   private put(stage: Stage): void {

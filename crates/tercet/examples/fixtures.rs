@@ -1,7 +1,8 @@
 //! Writes files and what they decode to, for tests of other decoders: `fixtures DIR [MESH...]`.
 //!
 //! DIR gets generated meshes of every kind, and the named ones, as `NAME.tct`, and `fixtures.json`: for
-//! each file the digest of every level, and the time in which this decoder takes the whole file.
+//! each file the digest of every level, the byte at which each ends, and the time in which this decoder takes
+//! the whole file.
 
 use std::error::Error;
 use std::fmt::Write;
@@ -10,8 +11,8 @@ use std::time::Instant;
 use std::{env, fs};
 
 use tercet::io::{self, Format};
-use tercet::shapes::{annulus, grid, icosahedron, join, noisy, scan, shuffled, soup};
-use tercet::{Decoder, EncodeOptions, Limits, Mesh, Scheme, encode, subdivide};
+use tercet::shapes::{annulus, grid, icosahedron, join, noisy, scan, shuffled, soup, torus};
+use tercet::{Decoder, EncodeOptions, LevelScheme, Limits, Mesh, Progressive, Scheme, encode, subdivide};
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
@@ -26,6 +27,10 @@ fn main() -> Result<()> {
     let exact = EncodeOptions::default();
     let rounded = EncodeOptions { bits: Some(12), ..exact };
     let ordered = EncodeOptions { keep_order: true, ..exact };
+    let smallest = |options| {
+        let (progressive, scheme) = (Progressive::Smallest, LevelScheme::Adaptive);
+        EncodeOptions { progressive, scheme, ..options }
+    };
     let mut files = vec![
         ("empty".to_owned(), Mesh::default(), exact),
         ("scan".to_owned(), scan(20_000, 1), rounded),
@@ -37,6 +42,9 @@ fn main() -> Result<()> {
             shuffled(&subdivide(&scan(60, 9), Scheme::Sqrt3, 3, &Limits::default())?, 7),
             rounded,
         ),
+        // Smooth enough for late levels.
+        ("late".to_owned(), torus(96, 48), smallest(rounded)),
+        ("late-exact".to_owned(), torus(96, 48), smallest(exact)),
     ];
     for path in meshes.iter().map(Path::new) {
         let name = path.file_stem().ok_or("a mesh without a name")?.to_string_lossy();
@@ -58,6 +66,7 @@ fn main() -> Result<()> {
 /// One file as a JSON object.
 fn described(name: &str, bytes: &[u8]) -> Result<String> {
     let mut digests = Vec::new();
+    let mut ends = Vec::new();
     let mut milliseconds = f64::INFINITY;
     for _ in 0..RUNS {
         digests.clear();
@@ -71,11 +80,14 @@ fn described(name: &str, bytes: &[u8]) -> Result<String> {
             digests.push(format!("\"{:016x}\"", digest(&level?.mesh)));
         }
         decoder.finish()?;
+        let levels = decoder.info().ok_or("a file without a header")?.levels;
+        ends = levels.iter().map(|level| level.bytes.to_string()).collect();
     }
     let mut object = String::new();
     write!(
         object,
-        "{{\"name\":\"{name}\",\"milliseconds\":{milliseconds:.3},\"digests\":[{}]}}",
+        "{{\"name\":\"{name}\",\"milliseconds\":{milliseconds:.3},\"ends\":[{}],\"digests\":[{}]}}",
+        ends.join(","),
         digests.join(",")
     )?;
     Ok(object)

@@ -15,7 +15,7 @@ export function launch(): Promise<Browser> {
 
 /** What the page told of its levels and mishaps, each with the milliseconds since it was opened. */
 export interface Told {
-  levels: { level: number; restored: boolean; arrived: number; painted: number }[];
+  levels: { level: number; restored: boolean; estimated: boolean; arrived: number; painted: number }[];
   mishaps: { kind: string; at: number }[];
 }
 

@@ -90,6 +90,27 @@ test("any bytes give levels or a typed error", () => {
   }
 });
 
+for (const [name, times] of [["late", 2], ["late-exact", 3]] as const) {
+  test(`${name}: positions that come late are estimated until they are there`, () => {
+    const { bytes } = fixture(name);
+    const levels = decoded(bytes);
+    const instance = new Instance(module);
+    instance.push(bytes);
+    const kinds = instance.info!.levels.map(({ kind }) => kind);
+    const last = kinds.length - 1;
+    assert.equal(kinds[last], "late");
+    const finest = levels.filter(({ level }) => level === last);
+    assert.deepEqual(finest.map(({ restored }) => restored), [...Array(times - 1).fill(false), true]);
+    const [estimated, settled] = finest;
+    // The same faces; what was there before stays, all that was late moves.
+    assert.deepEqual(settled!.indices, estimated!.indices);
+    const early = 3 * instance.info!.levels.findLast(({ kind }) => kind !== "late")!.vertices;
+    assert.deepEqual(settled!.positions.subarray(0, early), estimated!.positions.subarray(0, early));
+    const moved = settled!.positions.filter((x, i) => x !== estimated!.positions[i]).length;
+    assert.ok(moved > (settled!.positions.length - early) / 2, `${moved}`);
+  });
+}
+
 test("a file cannot ask for more memory than it may", () => {
   const instance = new Instance(module, { maxMemory: 100_000 });
   instance.push(large.bytes);
@@ -115,14 +136,19 @@ test("a decoder hands out levels in order, and mends damage", async () => {
 });
 
 test("decoding keeps 0.4 of the native speed", (t) => {
-  // Of several runs the best: the machine may be busy. The engine compiles well within two.
+  // This process's time, and of several runs the best: the machine may be busy. The engine compiles well
+  // within two.
+  const now = () => {
+    const { user, system } = process.cpuUsage();
+    return (user + system) / 1000;
+  };
   let best = Infinity;
   for (let run = 0; run < 8; run++) {
-    const start = performance.now();
+    const start = now();
     const instance = new Instance(module);
     instance.push(large.bytes);
     while (instance.next());
-    best = Math.min(best, performance.now() - start);
+    best = Math.min(best, now() - start);
   }
   const ratio = large.milliseconds / best;
   t.diagnostic(`${large.name}: ${best.toFixed(0)} ms, native ${large.milliseconds.toFixed(0)} ms: ${ratio.toFixed(2)} of its speed`);

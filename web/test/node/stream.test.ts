@@ -117,7 +117,8 @@ test("a file that is replaced meanwhile is noticed", async () => {
 });
 
 test("a stalled connection is taken for broken", async () => {
-  link.weather.set("/scan.tct", { rate: 300 });
+  // A byte a second.
+  link.weather.set("/scan.tct", { rate: 1 });
   const stream = open({ patience: 300, attempts: 2, onMishap: () => link.weather.delete("/scan.tct") });
   assert.equal((await stream.done).digest, digests.at(-1));
 });
