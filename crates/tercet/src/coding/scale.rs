@@ -1,6 +1,6 @@
 //! How far predictions are off: adaptive scales and their logarithms.
 
-use crate::entropy::log2_fixed;
+use crate::entropy::{log2_fixed, table};
 
 /// After this many samples a cell's history counts half.
 const LIMIT: u32 = 120;
@@ -56,9 +56,13 @@ pub(crate) struct Scale {
 
 const LOGS: usize = 8 * 40;
 
-/// Width and inverse for each logarithm. The mean magnitude of a logistic variable is 2 ln 2
-/// times its scale; 0.75 rather than 0.72 allows for heavier tails.
-static SCALES: [(i64, i64); LOGS] = {
+table!(
+    /// Width and inverse for each logarithm. The mean magnitude of a logistic variable is 2 ln 2
+    /// times its scale; 0.75 rather than 0.72 allows for heavier tails.
+    SCALES: [(i64, i64); LOGS] = scales
+);
+
+const fn scales() -> [(i64, i64); LOGS] {
     let mut table = [(0, 0); LOGS];
     let mut i = 0;
     while i < LOGS {
@@ -70,7 +74,7 @@ static SCALES: [(i64, i64); LOGS] = {
         i += 1;
     }
     table
-};
+}
 
 impl Scale {
     /// The scale for a mean magnitude in 1/256.

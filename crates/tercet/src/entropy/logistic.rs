@@ -1,7 +1,9 @@
 //! The logistic function and its relatives as fixed-point tables.
 //!
-//! Arguments and results are in 1/256. The tables are computed at compile time in integer
-//! arithmetic from the one constant e^(−1/256), whose Taylor series is summed exactly.
+//! Arguments and results are in 1/256. The tables are computed in integer arithmetic from the one
+//! constant e^(−1/256), whose Taylor series is summed exactly.
+
+use super::table::table;
 
 /// Logits are kept within ± this: odds of e^8 to 1.
 pub(crate) const LOGIT_LIMIT: i32 = 2047;
@@ -9,8 +11,25 @@ pub(crate) const LOGIT_LIMIT: i32 = 2047;
 const ONE: u128 = 1 << 60;
 const RANGE: usize = 2048;
 
+table!(
+    /// P(1) in 1/65536 for logits 0..2048; it is one minus that for their negatives.
+    SQUASH: [u16; RANGE] = squashes
+);
+table!(
+    /// The logit for probabilities in 1/4096, at the middle of each cell.
+    STRETCH: [i16; 4096] = stretches
+);
+table!(
+    /// ln(1 + e^(−k/256)).
+    SOFTPLUS: [u8; RANGE] = softpluses
+);
+table!(
+    /// ln(1 − e^(−k/256)); the entry for 0 stands for −∞.
+    LOG1MEXP: [i16; RANGE] = log1mexps
+);
+
 /// e^(−k/256) in 1/2⁶⁰.
-const EXP: [u64; RANGE] = {
+const fn exponentials() -> [u64; RANGE] {
     let mut step = ONE;
     let mut term = ONE;
     let mut n = 1u128;
@@ -28,7 +47,7 @@ const EXP: [u64; RANGE] = {
         k += 1;
     }
     table
-};
+}
 
 /// Natural logarithm of x/2⁶⁰ in 1/256, rounded; x must be positive.
 ///
@@ -51,61 +70,66 @@ const fn ln_fixed(x: u64) -> i32 {
     ((log2 as i128 * LN2 + (1 << 55)) >> 56) as i32
 }
 
-/// P(1) in 1/65536 for logits 0..2048; it is one minus that for their negatives.
-static SQUASH: [u16; RANGE] = {
+const fn squashes() -> [u16; RANGE] {
+    let exp = exponentials();
     let mut table = [0u16; RANGE];
     let mut k = 0;
     while k < RANGE {
-        table[k] = (((ONE << 16) + (ONE + EXP[k] as u128) / 2) / (ONE + EXP[k] as u128)) as u16;
+        table[k] = (((ONE << 16) + (ONE + exp[k] as u128) / 2) / (ONE + exp[k] as u128)) as u16;
         k += 1;
     }
     table
-};
+}
 
-/// The logit for probabilities in 1/4096, at the middle of each cell.
-static STRETCH: [i16; 4096] = {
+const fn stretches() -> [i16; 4096] {
+    let squashes = squashes();
     let mut table = [0i16; 4096];
     let mut logit = -LOGIT_LIMIT;
     let mut i = 0;
     while i < 4096 {
         let p = 16 * i as u32 + 8;
-        while logit < LOGIT_LIMIT && (squash(logit) as u32) < p {
+        while logit < LOGIT_LIMIT && (squash_by(&squashes, logit) as u32) < p {
             logit += 1;
         }
         table[i] = logit as i16;
         i += 1;
     }
     table
-};
+}
 
-/// ln(1 + e^(−k/256)).
-static SOFTPLUS: [u8; RANGE] = {
+const fn softpluses() -> [u8; RANGE] {
+    let exp = exponentials();
     let mut table = [0u8; RANGE];
     let mut k = 0;
     while k < RANGE {
-        table[k] = ln_fixed((ONE as u64) + EXP[k]) as u8;
+        table[k] = ln_fixed((ONE as u64) + exp[k]) as u8;
         k += 1;
     }
     table
-};
+}
 
-/// ln(1 − e^(−k/256)); the entry for 0 stands for −∞.
-static LOG1MEXP: [i16; RANGE] = {
+const fn log1mexps() -> [i16; RANGE] {
+    let exp = exponentials();
     let mut table = [0i16; RANGE];
     table[0] = -2048;
     let mut k = 1;
     while k < RANGE {
-        table[k] = ln_fixed((ONE as u64) - EXP[k]) as i16;
+        table[k] = ln_fixed((ONE as u64) - exp[k]) as i16;
         k += 1;
     }
     table
-};
+}
 
 /// 1 / (1 + e^(−x)), in 1/65536.
 #[inline(always)]
-pub(crate) const fn squash(x: i32) -> u16 {
+pub(crate) fn squash(x: i32) -> u16 {
+    squash_by(&SQUASH, x)
+}
+
+#[inline(always)]
+const fn squash_by(table: &[u16; RANGE], x: i32) -> u16 {
     let magnitude = x.unsigned_abs() as usize;
-    let p = SQUASH[if magnitude < RANGE { magnitude } else { RANGE - 1 }];
+    let p = table[if magnitude < RANGE { magnitude } else { RANGE - 1 }];
     // 65536 − p, which is never 65536.
     if x < 0 { p.wrapping_neg() } else { p }
 }
