@@ -4,10 +4,16 @@ use anyhow::{Context, Result, bail};
 use std::borrow::BorrowMut;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::LazyLock;
 
-/// The repository's root folder.
+/// The workspace's folder: where cargo runs this program for, not where it was once compiled, as clones
+/// may share a target folder.
 pub fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("xtask lies in the workspace")
+    static ROOT: LazyLock<PathBuf> = LazyLock::new(|| {
+        let own = std::env::var_os("CARGO_MANIFEST_DIR").unwrap_or(env!("CARGO_MANIFEST_DIR").into());
+        PathBuf::from(own).parent().expect("xtask lies in the workspace").to_path_buf()
+    });
+    &ROOT
 }
 
 /// The target folder in use: this program lies in `TARGET/PROFILE/xtask`.

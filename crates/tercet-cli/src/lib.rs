@@ -13,6 +13,7 @@ mod feed;
 mod fetch;
 mod files;
 mod input;
+mod markup;
 mod page;
 mod picture;
 mod plot;

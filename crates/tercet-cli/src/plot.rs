@@ -2,6 +2,8 @@
 
 use std::fmt::Write;
 
+use crate::markup::escaped;
+
 /// A curve with a band around it.
 pub struct Curve {
     pub name: String,
@@ -113,8 +115,4 @@ impl Frame {
         writeln!(out, "<path d=\"M{band}Z\" fill=\"{colour}\" fill-opacity=\"0.08\"/>")?;
         writeln!(out, "<path d=\"M{line}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\"/>")
     }
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;")
 }

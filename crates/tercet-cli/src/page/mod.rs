@@ -8,6 +8,7 @@ pub use plot::{Plot, Series};
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 
+use crate::markup::escaped;
 use crate::table::Table;
 
 const STYLE: &str = include_str!("style.css");
@@ -79,21 +80,6 @@ impl Page {
             self.title, self.body
         )
     }
-}
-
-/// Text that stands for itself in HTML.
-fn escaped(text: &str) -> String {
-    let mut safe = String::with_capacity(text.len());
-    for character in text.chars() {
-        match character {
-            '&' => safe += "&amp;",
-            '<' => safe += "&lt;",
-            '>' => safe += "&gt;",
-            '"' => safe += "&quot;",
-            other => safe.push(other),
-        }
-    }
-    safe
 }
 
 #[cfg(test)]

@@ -2,6 +2,8 @@
 
 use std::fmt::Write;
 
+use crate::markup::escaped;
+
 /// In the units of the picture.
 const WIDTH: f64 = 760.0;
 const HEIGHT: f64 = 420.0;
@@ -85,7 +87,7 @@ impl Plot {
                 svg,
                 format_args!("<circle cx=\"{}\" cy=\"{}\" r=\"4\" fill=\"{colour}\"/>", x + 12.0, y - 4.0),
             );
-            let name = super::escaped(&series.name);
+            let name = escaped(&series.name);
             put(svg, format_args!("<text x=\"{x}\" y=\"{y}\" text-anchor=\"end\">{name}</text>"));
         }
     }
@@ -127,7 +129,7 @@ fn curve(svg: &mut String, number: usize, series: &Series, x: &Axis, y: &Axis) {
     put(svg, format_args!("<path class=\"curve\" stroke=\"{colour}\" d=\"M{}\"/>", places.join("L")));
     for p in &series.points {
         let (cx, cy) = (x.at(p[0].log10()), y.at(p[1]));
-        let title = format!("{}: {} B, {:.2}", super::escaped(&series.name), p[0], p[1]);
+        let title = format!("{}: {} B, {:.2}", escaped(&series.name), p[0], p[1]);
         put(
             svg,
             format_args!(

@@ -10,6 +10,7 @@ use super::address::Addresses;
 use super::catalogue::{SUFFIX, location, mesh_format};
 use super::failure::Failure;
 use super::viewer;
+use crate::markup::escaped;
 
 /// The name of a folder's list in that folder.
 pub const LIST: &str = "index.json";
@@ -97,8 +98,8 @@ impl Folder {
             items += "<li class=\"folder\"><a href=\"../\">..</a></li>\n";
         }
         for name in &self.folders {
-            let url = escape(&at.plain(&format!("{}{name}/", self.path)));
-            items += &format!("<li class=\"folder\"><a href=\"{url}\">{}/</a></li>\n", escape(name));
+            let url = escaped(&at.plain(&format!("{}{name}/", self.path)));
+            items += &format!("<li class=\"folder\"><a href=\"{url}\">{}/</a></li>\n", escaped(name));
         }
         for file in &self.files {
             items += &file.html(&self.path, at);
@@ -106,7 +107,7 @@ impl Folder {
         if self.files.is_empty() {
             items += "<li class=\"folder\">There is no mesh in this folder.</li>\n";
         }
-        PAGE.replace("{title}", &escape(&title)).replace("{list}", LIST).replace("{items}", &items)
+        PAGE.replace("{title}", &escaped(&title)).replace("{list}", LIST).replace("{items}", &items)
     }
 }
 
@@ -129,35 +130,19 @@ impl File {
     fn html(&self, folder: &str, at: &Addresses) -> String {
         let path = format!("{folder}{}", self.name);
         let url = at.plain(&path);
-        let (shown, picture) = (escape(&self.name), escape(&at.thumbnail(&path)));
-        let open = escape(&if viewer::is_built_in() { at.viewer(&url) } else { url.clone() });
+        let (shown, picture) = (escaped(&self.name), escaped(&at.thumbnail(&path)));
+        let open = escaped(&if viewer::is_built_in() { at.viewer(&url) } else { url.clone() });
         let size = if self.encoded { kilobytes(self.bytes) } else { "encoded when asked for".into() };
         format!(
             "<li><a href=\"{open}\"><img src=\"{picture}\" alt=\"\" loading=\"lazy\" width=\"160\" height=\"160\">\
              <b>{shown}</b></a><span>{size} · <a href=\"{}\" download>download</a></span></li>\n",
-            escape(&url)
+            escaped(&url)
         )
     }
 }
 
 fn kilobytes(bytes: u64) -> String {
     format!("{:.1} kB", bytes as f64 / 1000.0)
-}
-
-/// Text as it may stand in an element or a quoted attribute.
-fn escape(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => out += "&amp;",
-            '<' => out += "&lt;",
-            '>' => out += "&gt;",
-            '"' => out += "&quot;",
-            '\'' => out += "&#39;",
-            c => out.push(c),
-        }
-    }
-    out
 }
 
 const PAGE: &str = include_str!("index.html");

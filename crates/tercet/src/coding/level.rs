@@ -11,7 +11,6 @@ use super::ring::{LATE, NEAR};
 use super::shape::Shapes;
 use super::split::SplitModels;
 use super::tabled::TableModels;
-use super::traversal::first_corners;
 use super::vector::{COORDINATE_LIMIT, Point, Vector};
 use crate::entropy::Coder;
 use crate::mesh::{NONE, Surface};
@@ -77,7 +76,7 @@ impl Positions {
             Positions::Tables(models) => {
                 positions.extend(pass.estimates.iter().map(|&e| round(e)));
                 positions.resize(pass.surface.vertices as usize, [0; 3]);
-                let corners = first_corners(pass.surface, pass.first);
+                let corners = pass.surface.any_corner_from(pass.first);
                 models.code(coder, pass, &corners, targets, positions, rough);
             }
         }

@@ -7,7 +7,7 @@
 //! vertex in constant time (Dial, "Algorithm 360: Shortest-path forest with topological ordering",
 //! 1969).
 
-use crate::mesh::{NONE, Surface, next, prev};
+use crate::mesh::{Surface, next, prev};
 
 /// What a known neighbour, two of them in one face, and a parallelogram are worth.
 const NEIGHBOUR: u8 = 1;
@@ -17,17 +17,6 @@ const PARALLELOGRAM: u8 = 8;
 /// Degrees of support; any above the highest counts as that.
 const DEGREES: u32 = u128::BITS;
 const HIGHEST: u8 = DEGREES as u8 - 1;
-
-/// For each vertex from `first` on its corner of the smallest number. Time O(n).
-pub(super) fn first_corners(surface: &Surface, first: u32) -> Vec<u32> {
-    let mut corner = vec![NONE; (surface.vertices - first) as usize];
-    for c in (0..surface.vertex.len() as u32).rev() {
-        if let Some(i) = surface.at(c).checked_sub(first) {
-            corner[i as usize] = c;
-        }
-    }
-    corner
-}
 
 /// Which vertices of a pass are known, and which one comes next.
 pub(crate) struct Traversal {
@@ -49,7 +38,7 @@ impl Traversal {
     pub fn by_number(surface: &Surface, first: u32) -> Self {
         let mut known = vec![false; surface.vertices as usize];
         known[surface.virtuals as usize..first as usize].fill(true);
-        let corner = first_corners(surface, first);
+        let corner = surface.any_corner_from(first);
         Traversal { known, first, corner, cursor: 0, queue: None }
     }
 

@@ -116,9 +116,16 @@ impl Surface {
 
     /// One corner of every vertex: the one of smallest index.
     pub fn any_corner(&self) -> Vec<u32> {
-        let mut corner = vec![NONE; self.vertices as usize];
+        self.any_corner_from(0)
+    }
+
+    /// One corner of every vertex from `first` on: the one of smallest index.
+    pub fn any_corner_from(&self, first: u32) -> Vec<u32> {
+        let mut corner = vec![NONE; (self.vertices - first) as usize];
         for c in (0..self.vertex.len() as u32).rev() {
-            corner[self.at(c) as usize] = c;
+            if let Some(i) = self.at(c).checked_sub(first) {
+                corner[i as usize] = c;
+            }
         }
         corner
     }
