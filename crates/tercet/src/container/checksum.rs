@@ -8,6 +8,7 @@ use crc::{CRC_32_ISO_HDLC, Crc, Digest, Table};
 static CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
 
 /// The checksum of bytes that come in portions.
+#[derive(Clone)]
 pub(super) struct Checksum(Digest<'static, u32, Table<1>>);
 
 impl Default for Checksum {
@@ -21,8 +22,9 @@ impl Checksum {
         self.0.update(bytes);
     }
 
-    pub(super) fn finish(self) -> u32 {
-        self.0.finalize()
+    /// Of the bytes so far.
+    pub(super) fn value(&self) -> u32 {
+        self.0.clone().finalize()
     }
 }
 
@@ -40,7 +42,7 @@ mod tests {
         let bytes: Vec<u8> = (0..1000u32).map(|i| ((i * i) >> 3) as u8).collect();
         let mut portions = Checksum::default();
         bytes.chunks(7).for_each(|portion| portions.update(portion));
-        assert_eq!(portions.finish(), crc32fast::hash(&bytes));
+        assert_eq!(portions.value(), crc32fast::hash(&bytes));
         assert_eq!(checksum(b"123456789"), 0xCBF4_3926);
     }
 }
