@@ -176,10 +176,16 @@ pub(super) fn plain<C: Coder>(coder: &mut C, pass: &Pass, target: Point) -> Poin
     })
 }
 
-/// The axes in the order of coding.
+/// The axes in the order of coding: by the size of the normal's component, then by number.
 pub(super) fn axes(normal: Vector, order: AxisOrder) -> [usize; 3] {
+    let size = normal.map(i64::unsigned_abs);
     let mut axes = [0, 1, 2];
-    axes.sort_by_key(|&k| normal[k].unsigned_abs());
+    // A library's sort is larger than all the rest of a pass, which matters on the web.
+    for [before, after] in [[0, 1], [1, 2], [0, 1]] {
+        if size[axes[after]] < size[axes[before]] {
+            axes.swap(before, after);
+        }
+    }
     match order {
         AxisOrder::NormalLast => axes,
         AxisOrder::NormalFirst => [axes[2], axes[0], axes[1]],

@@ -1,15 +1,17 @@
 //! CRC-32 as in PNG and zip (ISO-HDLC).
 //!
-//! One table of 1 KB: decoding a byte takes a thousand times longer than checking it, and on the web
-//! the 16 KB of a faster implementation would be a fifth of the decoder.
+//! One table of 1 KB, on the web none: decoding a byte takes a thousand times longer than checking it, and
+//! the 16 KB of a faster implementation would be a fifth of the web's decoder.
 
 use crc::{CRC_32_ISO_HDLC, Crc, Digest, Table};
 
-static CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
+type Tables = Table<{ if cfg!(target_arch = "wasm32") { 0 } else { 1 } }>;
+
+static CRC: Crc<u32, Tables> = Crc::<u32, Tables>::new(&CRC_32_ISO_HDLC);
 
 /// The checksum of bytes that come in portions.
 #[derive(Clone)]
-pub(super) struct Checksum(Digest<'static, u32, Table<1>>);
+pub(super) struct Checksum(Digest<'static, u32, Tables>);
 
 impl Default for Checksum {
     fn default() -> Self {
