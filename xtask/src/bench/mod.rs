@@ -8,6 +8,7 @@
 mod draco;
 mod meshopt;
 mod ours;
+mod rate;
 mod report;
 
 use crate::arguments::Arguments;
@@ -50,7 +51,7 @@ impl Options {
             only: arguments.list("--only")?,
             bits: arguments.list("--bits")?.unwrap_or_else(|| vec![10, 12, 14]),
             tables: arguments.list("--tables")?.unwrap_or_else(|| {
-                ["lattice", "sqrt3", "butterfly", "remesh", "exact"].map(String::from).to_vec()
+                ["lattice", "sqrt3", "butterfly", "remesh", "rate", "exact"].map(String::from).to_vec()
             }),
             runs: arguments.value("--runs")?.unwrap_or(5).max(1),
             effort: arguments.value("--effort")?.unwrap_or_else(|| "default".to_owned()),
@@ -97,6 +98,9 @@ pub fn run(words: &[String]) -> Result<()> {
     }
     if options.wants("remesh") {
         text += &report::remeshed(&remeshed_rows(&subjects, &ours, &scratch)?);
+    }
+    if options.wants("rate") {
+        text += &report::rate(&rate::rows(&subjects, &ours, &scratch)?);
     }
     if options.wants("exact") {
         text += &report::exact(&exact_rows(&subjects, &ours, &scratch)?);

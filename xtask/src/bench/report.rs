@@ -1,6 +1,7 @@
 //! The tables of `BENCHMARKS.md`.
 
 use super::ours::Remeshed;
+use super::rate::RateRow;
 use crate::process::{capture, command};
 use std::fmt::Write;
 
@@ -157,6 +158,36 @@ pub fn remeshed(rows: &[RemeshedRow]) -> String {
         }
         let mean = |k: usize| geometric_mean(same.iter().map(|row| row.size_ratios[k])).unwrap_or(f64::NAN);
         text += &format!("| *geometric mean* | | | | | | **{:.3}** | **{:.3}** |\n", mean(0), mean(1));
+    }
+    text
+}
+
+/// The table of lossy files.
+pub fn rate(rows: &[RateRow]) -> String {
+    let mut text = String::from(
+        "\n## Rate and distortion of lossy files\n\n\
+         The best file of at most so many bytes: `tercet encode --max-bytes`, and meshoptimizer's quadric simplification\n\
+         to any number of faces (vertices kept or moved, whichever is better) coded by Draco level 10 on any lattice of 6 to 14\n\
+         bits. PSNR against the original as `tercet metrics` tells it: 20 log10(diagonal / RMS).\n\n\
+         | mesh | at most | ours | holds | vertices | PSNR | seconds | peer | faces | bits | PSNR | gain |\n\
+         |---|--:|--:|---|--:|--:|--:|--:|--:|--:|--:|--:|\n",
+    );
+    for RateRow { mesh, budget, ours, peer } in rows {
+        writeln!(
+            text,
+            "| {mesh} | {budget} | {} | {} | {} | {:.2} | {:.0} | {} | {} | {} | {:.2} | **{:+.2}** |",
+            ours.bytes,
+            if ours.remeshed { "a remesh" } else { "its vertices" },
+            ours.vertices,
+            ours.psnr,
+            ours.seconds,
+            peer.bytes,
+            peer.faces,
+            peer.bits,
+            peer.psnr,
+            ours.psnr - peer.psnr,
+        )
+        .expect("a string takes every line");
     }
     text
 }
