@@ -172,3 +172,37 @@ fn barycentric(p: DVec3, a: DVec3, b: DVec3, c: DVec3) -> Option<[f64; 3]> {
     let of_c = normal.dot((b - a).cross(p - a)) / square;
     Some([1.0 - of_b - of_c, of_b, of_c])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::gauge::Gauge;
+    use super::*;
+    use crate::shapes::{annulus, sphere};
+
+    #[test]
+    fn triangles_inside_a_sphere_move_outwards_to_a_third_of_the_error() {
+        let gauge = Gauge::new(&sphere(5)).unwrap();
+        let mut mesh = sphere(2);
+        let before = gauge.error(&mesh).unwrap();
+        fit(&mut mesh, &gauge.tree, &gauge.samples, 0.3).unwrap();
+        let after = gauge.error(&mesh).unwrap();
+        assert!(after < before / 3.0, "{before} -> {after}");
+        assert!(mesh.positions.iter().all(|&p| (1.0..1.1).contains(&place(p).length())));
+    }
+
+    #[test]
+    fn what_fits_already_stays() {
+        let gauge = Gauge::new(&annulus(40, 6)).unwrap();
+        let mut mesh = annulus(40, 6);
+        fit(&mut mesh, &gauge.tree, &gauge.samples, 0.3).unwrap();
+        assert!(gauge.error(&mesh).unwrap() < 1e-6);
+    }
+
+    #[test]
+    fn barycentric_coordinates_give_the_point() {
+        let [a, b, c] = [DVec3::ZERO, DVec3::new(2.0, 0.0, 1.0), DVec3::new(0.0, 3.0, 0.0)];
+        let shares = barycentric(0.2 * a + 0.5 * b + 0.3 * c, a, b, c).unwrap();
+        assert!(shares.iter().zip([0.2, 0.5, 0.3]).all(|(x, y)| (x - y).abs() < 1e-12), "{shares:?}");
+        assert_eq!(barycentric(a, a, b, b), None);
+    }
+}
