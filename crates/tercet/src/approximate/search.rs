@@ -42,6 +42,8 @@ const WORTH_REFINING: f64 = 1.1;
 const FIRST_BASE: f64 = 250.0;
 /// A vertex of the source costs no less than this on any lattice.
 const LEAST_BITS_PER_VERTEX: u64 = 5;
+/// It may be exact for as few.
+const EXACT_BITS_PER_VERTEX: u64 = 16;
 
 /// A file that was made.
 struct Trial {
@@ -102,7 +104,8 @@ fn marked(mesh: &Mesh, encoded: Encoded, comparison: &Comparison) -> Result<Enco
     if comparison.rms() == 0.0 {
         return Ok(encoded);
     }
-    let part = |length: f64| (length / comparison.diagonal) as f32;
+    // Not less than was measured.
+    let part = |length: f64| ((length / comparison.diagonal) as f32).next_up();
     let approximation = Approximation {
         vertices: mesh.positions.len() as u32,
         faces: mesh.faces.len() as u32,
@@ -304,6 +307,10 @@ impl Search<'_> {
                 }
             }
             Bound::MaxBytes(bytes) if least < bytes => {
+                if 8 * bytes / vertices >= EXACT_BITS_PER_VERTEX {
+                    let exact = self.exact()?;
+                    self.good.extend(Some(exact).filter(|exact| exact.score.bytes <= bytes));
+                }
                 let shape = shape();
                 let mut bits = ((8 * bytes / vertices) as i32).clamp(*BITS.start(), *BITS.end());
                 loop {
@@ -357,11 +364,17 @@ impl Search<'_> {
                 return Ok((trial, comparison));
             }
         }
+        let trial = self.exact()?;
+        let comparison = self.measure(&trial.encoded)?;
+        Ok((trial, comparison))
+    }
+
+    /// The source with every bit.
+    fn exact(&mut self) -> Result<Trial> {
         self.trials += 1;
         let encoded = encode(self.source.mesh, self.options)?;
-        let comparison = self.measure(&encoded)?;
         let score = Score { family: None, finer: 0, bytes: encoded.bytes.len() as u64, error: 0.0 };
-        Ok((Trial { method: Method::Exact, score, encoded }, comparison))
+        Ok(Trial { method: Method::Exact, score, encoded })
     }
 
     /// Takes the trial that is expected to be the best.
