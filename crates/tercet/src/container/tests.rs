@@ -189,7 +189,7 @@ fn sections_lie_end_to_end_behind_the_header() {
 
 #[test]
 fn overhead_is_a_few_bytes() {
-    let mut outline = Outline { levels: vec![], supplements: vec![], ..sample().0 };
+    let mut outline = Outline { levels: vec![], supplements: vec![], approximation: None, ..sample().0 };
     let lattice = 1 + 1 + 3 * 4 + 8;
     for levels in 1..=6u32 {
         let vertices = 100 * levels;
