@@ -3,7 +3,9 @@
 use crate::coding::payload::Opening;
 use crate::coding::supplement::{self, Supplements};
 use crate::coding::{Levels, Point};
-use crate::container::{self, Header, LevelEntry, LevelKind, Outline, Part, Reader, Supplement, UpdateRule};
+use crate::container::{
+    self, Approximation, Header, LevelEntry, LevelKind, Outline, Part, Reader, Supplement, UpdateRule,
+};
 use crate::entropy::{self, Coder, Cursor};
 use crate::mesh::Mesh;
 use crate::subdivide::StepKind;
@@ -24,6 +26,8 @@ pub struct Info {
     pub vertices: u32,
     /// Faces of the original.
     pub faces: u32,
+    /// What the original itself stands for, if the file is lossy beyond its precision.
+    pub approximation: Option<Approximation>,
     /// The base, then each level above it.
     pub levels: Vec<LevelInfo>,
     /// Bytes before the first section: they are what this was read from.
@@ -50,6 +54,7 @@ pub struct LevelInfo {
     pub bytes: u64,
     /// Root mean square distance of the original's vertices from this level's surface, as a
     /// part of the bounding box's diagonal; taken over a sample, and rather too large than small.
+    /// In a lossy file it is that to the source, by the triangle inequality.
     pub error: f32,
 }
 
@@ -84,6 +89,7 @@ impl Info {
             order_kept: outline.order_kept,
             vertices: outline.vertices,
             faces: outline.faces,
+            approximation: outline.approximation,
             levels,
             header_bytes: header.sections.first().map_or(0, |section| section.offset),
             bytes: header.sections.iter().map(container::Section::end).max().unwrap_or(0),

@@ -124,6 +124,7 @@ pub fn encode_with(
         precision,
         vertices: mesh.positions.len() as u32,
         faces: mesh.faces.len() as u32,
+        approximation: None,
         levels: entries,
         supplements,
     };

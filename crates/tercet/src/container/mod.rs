@@ -4,6 +4,7 @@
 //! level promises and whether its bytes arrived unharmed; what the bytes mean is the
 //! business of the coding. `spec/format.md` describes every field.
 
+mod approximation;
 mod checksum;
 mod fields;
 mod header;
@@ -17,12 +18,15 @@ mod writer;
 #[cfg(test)]
 mod tests;
 
+pub use approximation::Approximation;
 #[cfg(feature = "transport")]
 pub(crate) use checksum::checksum;
 pub(crate) use header::{Header, Outline};
 
 pub(crate) use reader::Reader;
 pub(crate) use section::{LevelEntry, LevelKind, Part, Section, Supplement, UpdateRule, round_error_up};
+#[cfg(feature = "remesh")]
+pub(crate) use writer::mark;
 pub(crate) use writer::write;
 
 use crate::Error;

@@ -2,7 +2,11 @@
 
 use super::checksum::checksum;
 use super::piece::{self, stored_length};
+#[cfg(feature = "remesh")]
+use super::{Approximation, Reader, round_error_up};
 use super::{CRC_BYTES, MAGIC, MAX_HEADER, Outline, VERSION, varint};
+#[cfg(feature = "remesh")]
+use crate::Limits;
 use crate::{Error, Result};
 
 /// A whole file: the header made from `outline`, then `payloads`, one for each of its
@@ -42,6 +46,29 @@ pub(crate) fn write(outline: &Outline, payloads: &[Vec<u8>]) -> Result<Vec<u8>> 
         piece::write(payload, &mut out);
     }
     Ok(out)
+}
+
+/// The file with the mark of a lossy one. The errors of its levels, which were against the mesh that it
+/// holds, grow by that mesh's own: so they hold against the source.
+///
+/// # Errors
+/// What is wrong with `file`.
+#[cfg(feature = "remesh")]
+pub(crate) fn mark(file: &[u8], approximation: Approximation) -> Result<Vec<u8>> {
+    let mut reader = Reader::new(Limits { max_memory: u64::MAX });
+    reader.push(file);
+    let mut payloads = Vec::new();
+    while let Some((_, payload)) = reader.take() {
+        payloads.push(payload);
+    }
+    reader.finish()?;
+    let header = reader.header().ok_or_else(|| Error::format("header", "incomplete"))?;
+    let mut outline = header.outline.clone();
+    for level in &mut outline.levels {
+        level.error = round_error_up(level.error + approximation.rms);
+    }
+    outline.approximation = Some(approximation);
+    write(&outline, &payloads)
 }
 
 fn too_large(what: &'static str, needed: usize, allowed: u64) -> Error {
