@@ -39,6 +39,7 @@ mod subdivide;
 pub mod transport;
 pub mod verify;
 
+pub use container::VERSION as FORMAT_VERSION;
 pub use decode::{Decoder, Info, Level, LevelInfo, decode};
 pub use effort::Effort;
 pub use encode::{EncodeOptions, Encoded, Progress, Progressive, encode, encode_with};

@@ -25,6 +25,7 @@ mod rendition;
 mod session;
 mod store;
 mod thumbnail;
+mod trim;
 mod viewer;
 
 use std::io;
@@ -70,6 +71,8 @@ pub struct Options {
     pub base: String,
     /// The folder that keeps encoded meshes.
     pub cache: PathBuf,
+    /// Bytes that they may take up there; beyond, the oldest are removed.
+    pub cache_size: u64,
     /// How meshes of other formats are encoded.
     pub encode: tercet::EncodeOptions,
     /// How much encoding may go on at a time.
@@ -138,7 +141,13 @@ pub fn router(store: Arc<dyn ObjectStore>, options: Options) -> io::Result<Route
 pub fn service(store: Arc<dyn ObjectStore>, options: Options) -> io::Result<Service> {
     let metrics = Arc::new(Metrics::default());
     let stop = CancellationToken::new();
-    let cache = EncodeCache::open(options.cache, options.encode, options.effort, metrics.clone())?;
+    let cache = EncodeCache::open(
+        options.cache,
+        options.cache_size,
+        options.encode,
+        options.effort,
+        metrics.clone(),
+    )?;
     let shared = Arc::new(Shared {
         addresses: Addresses::new(&options.base),
         catalogue: Catalogue::new(store, cache),
