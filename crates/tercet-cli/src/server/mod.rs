@@ -58,11 +58,7 @@ use catalogue::Catalogue;
 use encode_cache::EncodeCache;
 use failure::Failure;
 use metrics::Metrics;
-use once::Once;
-use rendition::Digest;
-
-/// Pictures that are kept in memory, some 50 kB each.
-const THUMBNAILS: usize = 500;
+use thumbnail::Thumbnails;
 
 /// How a server works.
 #[derive(Clone, Debug)]
@@ -94,7 +90,7 @@ pub struct Sessions {
 struct Shared {
     addresses: Addresses,
     catalogue: Catalogue,
-    thumbnails: Once<Digest, Arc<str>>,
+    thumbnails: Thumbnails,
     metrics: Arc<Metrics>,
     sessions: Sessions,
     stop: CancellationToken,
@@ -151,7 +147,7 @@ pub fn service(store: Arc<dyn ObjectStore>, options: Options) -> io::Result<Serv
     let shared = Arc::new(Shared {
         addresses: Addresses::new(&options.base),
         catalogue: Catalogue::new(store, cache),
-        thumbnails: Once::new(THUMBNAILS),
+        thumbnails: Thumbnails::new(),
         metrics: metrics.clone(),
         sessions: options.sessions,
         stop: stop.clone(),
@@ -211,7 +207,13 @@ async fn named(
     }
     match name.rsplit_once('/').unwrap_or(("", &name)) {
         (folder, index::LIST) => index::list(&shared, folder).await,
-        _ => file::send(&shared, &name, None, &method, &headers).await,
+        _ => match file::send(&shared, &name, None, &method, &headers).await {
+            // Relative addresses on a folder's page need the slash.
+            Err(Failure::NotFound) if index::exists(&shared, &name).await => {
+                Ok(Redirect::temporary(&shared.addresses.plain(&format!("{name}/"))).into_response())
+            }
+            sent => sent,
+        },
     }
 }
 
@@ -224,14 +226,23 @@ async fn fixed(
     file::send(&shared, &name, Some(&digest), &method, &headers).await
 }
 
-async fn thumbnail(State(shared): State<Arc<Shared>>, Path(name): Path<String>) -> Result<Response, Failure> {
-    let rendition = shared.catalogue.find(&name).await?;
-    let picture = shared.thumbnails.get(rendition.digest.clone(), || thumbnail::draw(rendition)).await?;
-    let fields = [
-        (header::CONTENT_TYPE, HeaderValue::from_static("image/svg+xml")),
-        (header::CACHE_CONTROL, HeaderValue::from_static("no-cache")),
-    ];
-    Ok((fields, picture.to_string()).into_response())
+/// A picture of a file; where there is none, a picture that says so with the failure's status.
+async fn thumbnail(State(shared): State<Arc<Shared>>, Path(name): Path<String>) -> Response {
+    let found = shared.catalogue.find(&name).await;
+    let picture = match found {
+        Ok(rendition) => shared.thumbnails.picture(rendition).await,
+        Err(failure) => Err(failure),
+    };
+    let caching = (header::CACHE_CONTROL, HeaderValue::from_static("no-cache"));
+    let media = |name| (header::CONTENT_TYPE, HeaderValue::from_static(name));
+    match picture {
+        Ok(picture) => ([media("image/png"), caching], picture).into_response(),
+        Err(failure) => {
+            let placeholder = thumbnail::placeholder(&failure);
+            let status = failure.into_response().status();
+            (status, [media("image/svg+xml"), caching], placeholder).into_response()
+        }
+    }
 }
 
 async fn counters(State(shared): State<Arc<Shared>>) -> Response {
