@@ -42,7 +42,7 @@ export async function fetchRange(url: string | URL, range: Range, options: Range
   } catch (error) {
     throw broken(error);
   }
-  if (!response.ok || !response.body) throw refused(response, url);
+  if (!response.ok || !response.body) throw await refused(response, url);
   const [start, total] = extent(response);
   if (start > range.from) throw new TercetError("network", "the server sent another part than was asked for");
   const bytes = after(range.from - start, chunks(response.body, options));
@@ -88,7 +88,10 @@ async function* chunks(body: ReadableStream<Uint8Array>, options: RangeOptions):
   }
 }
 
-async function patient<T>(act: () => Promise<T>, { patience, paused, signal }: RangeOptions): Promise<T> {
+/** What `act` gives, unless nothing comes for too long. */
+export async function patient<T>(
+  act: () => Promise<T>, { patience, paused, signal }: Pick<RangeOptions, "patience" | "paused" | "signal">,
+): Promise<T> {
   let timer: ReturnType<typeof setTimeout> | undefined;
   const ended = new AbortController();
   const stalled = new Promise<never>((_, reject) => {
@@ -113,8 +116,16 @@ function broken(error: unknown): TercetError {
   return new TercetError("network", error instanceof Error ? error.message : String(error), { cause: error });
 }
 
-function refused(response: Response, url: string | URL): TercetError {
-  const message = `${String(url)}: ${response.status} ${response.statusText}`.trim();
+/** Longest reason that is passed on. */
+const LONGEST_REASON = 500;
+
+async function refused(response: Response, url: string | URL): Promise<TercetError> {
+  const status = `${response.status} ${response.statusText}`.trim();
+  const isText = response.headers.get("content-type")?.startsWith("text/plain");
+  // Servers that say why say it in a line; what is longer is a page for people.
+  const reason = isText ? (await response.text().catch(() => "")).trim() : "";
+  const told = reason && reason.length <= LONGEST_REASON ? `: ${reason}` : "";
+  const message = `${String(url)}: ${status}${told}`;
   if (response.status === 416) return new TercetError("changed", `${message}: the file is shorter than it was`);
   const passing = response.status >= 500 || response.status === 408 || response.status === 429;
   return new TercetError(passing ? "network" : "status", message);

@@ -3,6 +3,7 @@ import { TercetError } from "./errors.js";
 import type { Level, TercetInfo } from "./level.js";
 import { Pace } from "./pace.js";
 import { fetchRange, type Range } from "./range.js";
+import { fetchSession } from "./ws.js";
 
 /** How far to go; the whole file where nothing is said. */
 export interface Goal {
@@ -26,6 +27,11 @@ export interface Mishap {
 /** How to download a file, and whom to tell. */
 export interface OpenOptions extends DecoderOptions {
   until?: Goal;
+  /**
+   * How to ask for it: `ws` is the command protocol of `tercet serve`, where the server offers it; it
+   * cannot carry `request`. Default: `http`, which every server offers.
+   */
+  protocol?: "http" | "ws";
   signal?: AbortSignal;
   /** Requests without a further byte, or sections damaged in a row, before giving up. Default: 6. */
   attempts?: number;
@@ -49,7 +55,7 @@ const LONGEST_WAIT = 5_000;
  * Downloads a file from any server, decoding it as it arrives.
  *
  * The whole file is one request, so that nothing is slower than a plain download. A part of it takes
- * two: its first 16 KB, which tell where levels end, and the rest as a range.
+ * two: its first 16 KB, which tell where levels end, and the rest as a range; by the command protocol one.
  */
 export function openUrl(url: string | URL, options: OpenOptions = {}): TercetStream {
   return new TercetStream(url, options);
@@ -171,7 +177,9 @@ export class TercetStream implements AsyncIterable<Level> {
 
   /** The bytes to ask for next. */
   private wanted(): Range {
-    const { until } = this.options;
+    const { until, protocol } = this.options;
+    // The server knows where a level ends.
+    if (protocol === "ws") return { from: this.received, to: undefined };
     if (this.info) {
       const to = end(this.info, until);
       return { from: this.received, to: to < this.info.bytes ? to : undefined };
@@ -183,12 +191,16 @@ export class TercetStream implements AsyncIterable<Level> {
   private async request(): Promise<void> {
     this.cut = new AbortController();
     const range = this.wanted();
-    const response = await fetchRange(this.url, range, {
+    const { protocol, until } = this.options;
+    const options = {
       signal: this.cut.signal,
       init: { ...this.options.request, ...(this.refetch ? { cache: "reload" as const } : {}) },
       patience: this.options.patience ?? 20_000,
       paused: () => this.pace.paused,
-    });
+    };
+    const response = protocol === "ws"
+      ? await fetchSession(this.url, range, { ...options, until, tag: this.tag })
+      : await fetchRange(this.url, range, options);
     this.check(response.tag);
     this.total = response.total ?? this.total;
     for await (const bytes of response.bytes) {
@@ -197,14 +209,16 @@ export class TercetStream implements AsyncIterable<Level> {
         this.cut.signal.throwIfAborted();
         this.push(portion);
       }
-      if (bytes.length >= room) break;
+      // By a session more may come than is wanted, which the header tells.
+      if (until && !this.info) await this.decoded;
+      if (bytes.length >= room || this.reached()) break;
     }
     this.cut.abort();
     await this.decoded;
     if (this.damage) throw this.damage;
     const last = this.total ?? this.info?.bytes;
     if (!this.reached() && last !== undefined && this.received >= last) await this.decoder.finish();
-    if (this.received < Math.min(range.to ?? Infinity, last ?? 0)) {
+    if (!this.reached() && this.received < Math.min(range.to ?? Infinity, last ?? 0)) {
       throw new TercetError("network", `the connection ended at byte ${this.received}`);
     }
   }

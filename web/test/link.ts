@@ -73,7 +73,7 @@ export class Link {
   private async answer(request: IncomingMessage, response: ServerResponse): Promise<void> {
     const path = decodeURIComponent(new URL(request.url ?? "/", "http://any").pathname);
     const body = await this.find(path);
-    if (!body) return void response.writeHead(404).end();
+    if (!body) return void response.writeHead(404, { "content-type": "text/plain" }).end("there is no such file\n");
     const weather = this.weather.get(path) ?? {};
     await this.travel(request.socket, weather);
     const range = weather.ignoresRanges ? undefined : request.headers.range;

@@ -9,7 +9,7 @@ export const NEUTRAL = "#8d949c";
 export const SCALE = ["#2b1a5e", "#6b2a83", "#b53b79", "#ea6a53", "#fbb04c", "#f6f39a"];
 
 /** Colours for a division: the first `kept` vertices are even, the others odd. */
-export function division(vertices: number, kept: number): Float32Array {
+export function division(vertices: number, kept: number): Float32Array<ArrayBuffer> {
   const colours = new Float32Array(3 * vertices);
   const [even, odd] = [new Color(KEPT), new Color(FRESH)];
   for (let v = 0; v < vertices; v++) (v < kept ? even : odd).toArray(colours, 3 * v);
@@ -25,7 +25,7 @@ export function extent(lengths: Float32Array): [number, number] {
 }
 
 /** Colours for lengths on a logarithmic scale; NaN is neutral. */
-export function magnitudes(lengths: Float32Array, [low, high]: [number, number]): Float32Array {
+export function magnitudes(lengths: Float32Array, [low, high]: [number, number]): Float32Array<ArrayBuffer> {
   const colours = new Float32Array(3 * lengths.length);
   const stops = SCALE.map((stop) => new Color(stop));
   const neutral = new Color(NEUTRAL);

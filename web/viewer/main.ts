@@ -58,7 +58,7 @@ element("level").addEventListener("input", () => viewer.goTo(Number(element<HTML
 change<HTMLSelectElement>("rate", ({ value }) => viewer.setRate(value ? Number(value) : undefined));
 change<HTMLInputElement>("flat", ({ checked }) => (view.flat = checked));
 change<HTMLInputElement>("wireframe", ({ checked }) => (view.wireframe = checked));
-change<HTMLInputElement>("up", ({ checked }) => (view.zUp = checked));
+change<HTMLInputElement>("up", ({ checked }) => viewer.setUp(checked));
 change<HTMLInputElement>("grow", ({ checked }) => viewer.setGrowing(checked));
 change<HTMLInputElement>("file", (input) => {
   const file = input.files?.[0];
@@ -133,10 +133,11 @@ setTheme(scheme.matches);
 decoderModule().catch((error: unknown) => viewer.fail(error));
 defaultPool().preload();
 
-const address = new URLSearchParams(location.search).get("src");
+const parameters = new URLSearchParams(location.search);
+const address = parameters.get("src");
 if (address) {
   try {
-    viewer.open(fromAddress(address));
+    viewer.open(fromAddress(address, parameters.get("protocol")));
   } catch (error) {
     viewer.fail(error);
   }

@@ -3,6 +3,33 @@ import { BufferAttribute, type BufferGeometry } from "three";
 import { vertexNormals, type Level, type TercetInfo } from "tercet";
 import { geometryOf } from "tercet/three";
 import { division, extent, magnitudes } from "./colours";
+import { creased, gathered } from "./creases";
+import type { Triangles } from "./stance";
+
+/** A level's geometry; of the finest one, vertices are split on creases. */
+class Surface {
+  readonly geometry: BufferGeometry;
+  private readonly source: Uint32Array | undefined;
+
+  /** @param isFinest Coarser levels have sharp edges that the mesh has not. */
+  constructor(level: Level, isFinest: boolean) {
+    if (!isFinest) {
+      this.geometry = geometryOf(level);
+      return;
+    }
+    const { positions, indices, predicted } = level;
+    const shown = creased(positions, indices, level.normals ?? vertexNormals(positions, indices));
+    this.source = shown.source;
+    this.geometry = geometryOf({ ...level, positions: gathered(positions, shown.source, 3), indices: shown.indices, normals: shown.normals });
+    if (predicted) this.set("predicted", predicted);
+  }
+
+  /** Sets three numbers for each of the level's vertices. */
+  set(attribute: string, values: Float32Array<ArrayBuffer>): void {
+    const shown = this.source ? gathered(values, this.source, 3) : values;
+    this.geometry.setAttribute(attribute, new BufferAttribute(shown, 3));
+  }
+}
 
 /** A level as it can be shown. */
 export class Stage {
@@ -14,20 +41,24 @@ export class Stage {
   /** Whether this is the original. */
   restored: boolean;
   /** The level as it was coded, and where it differs the original that it was completed to. */
-  private readonly surface: BufferGeometry;
-  private original: BufferGeometry | undefined;
+  private surface: Surface;
+  private original: Surface | undefined;
+  /** Of the finest form. */
+  counts: [vertices: number, faces: number];
   /** How far each vertex lies from where it was expected when it was new; NaN where nothing tells. */
   private readonly lengths: Float32Array;
 
   /** @param estimated Whether its vertices' positions are late: they lie where they are estimated. */
   constructor(
-    private readonly decoded: Level, below: Stage | undefined, public estimated: boolean, arrived: number,
+    private readonly decoded: Level, below: Stage | undefined, private readonly isFinest: boolean,
+    public estimated: boolean, arrived: number,
   ) {
     this.level = decoded.level;
     this.arrived = arrived;
     this.decoding = decoded.milliseconds;
     this.restored = decoded.restored;
-    this.surface = geometryOf(decoded);
+    this.surface = new Surface(decoded, isFinest);
+    this.counts = countsOf(decoded);
     this.lengths = lengthsBelow(decoded, below?.lengths);
     if (!estimated) this.measure(decoded, decoded.kept);
   }
@@ -36,15 +67,15 @@ export class Stage {
     return this.decoded.predicted !== undefined;
   }
 
-  /** How many vertices and faces the finest form of this level has. */
-  get counts(): [number, number] {
-    const shown = this.original ?? this.surface;
-    return [shown.getAttribute("position").count, shown.getIndex()!.count / 3];
+  /** What the level consists of, as it was coded. */
+  get triangles(): Triangles {
+    return this.decoded;
   }
 
   /** The geometry for a picture: of the mesh itself, or with what the division knows of it. */
   geometry(wanted: "mesh" | "division"): BufferGeometry {
-    return wanted === "mesh" ? (this.original ?? this.surface) : this.surface;
+    const { geometry } = wanted === "mesh" ? (this.original ?? this.surface) : this.surface;
+    return geometry;
   }
 
   /** The finest level once more: as the original, or from `firstLate` on no longer estimated. */
@@ -52,9 +83,10 @@ export class Stage {
     if (this.estimated) {
       this.settle(again, firstLate);
     } else {
-      this.original?.dispose();
-      this.original = geometryOf(again);
+      this.original?.geometry.dispose();
+      this.original = new Surface(again, this.isFinest);
     }
+    this.counts = countsOf(again);
     this.arrived = arrived;
     this.decoding += again.milliseconds;
     this.restored = again.restored;
@@ -76,25 +108,23 @@ export class Stage {
   /** Normals of the level without details, which the one with them must not lend it. */
   preparePrediction(): void {
     const { predicted, indices } = this.decoded;
-    if (!predicted || this.surface.hasAttribute("predictedNormal")) return;
-    this.surface.setAttribute("predictedNormal", new BufferAttribute(vertexNormals(predicted, indices), 3));
+    if (!predicted || this.surface.geometry.hasAttribute("predictedNormal")) return;
+    this.surface.set("predictedNormal", vertexNormals(predicted, indices));
   }
 
   dispose(): void {
-    this.surface.dispose();
-    this.original?.dispose();
+    this.surface.geometry.dispose();
+    this.original?.geometry.dispose();
   }
 
   /** Puts late vertices in their places: what was expected of them is what they were estimated to be. */
   private settle({ positions, normals }: Level, firstLate: number): void {
     const predicted = this.decoded.positions;
     this.measure({ positions, predicted }, firstLate);
-    // The same faces: the picture that shows this geometry follows.
-    this.surface.setAttribute("position", new BufferAttribute(positions, 3));
-    this.surface.setAttribute("predicted", new BufferAttribute(predicted, 3));
-    if (normals) this.surface.setAttribute("normal", new BufferAttribute(normals, 3));
-    this.surface.deleteAttribute("predictedNormal");
     Object.assign(this.decoded, { positions, predicted, normals });
+    // A picture that still shows the geometry from before is followed by one of this.
+    this.surface.geometry.dispose();
+    this.surface = new Surface(this.decoded, this.isFinest);
     this.estimated = false;
   }
 
@@ -107,9 +137,13 @@ export class Stage {
     }
   }
 
-  private paint(colours: Float32Array): void {
-    this.surface.setAttribute("color", new BufferAttribute(colours, 3));
+  private paint(colours: Float32Array<ArrayBuffer>): void {
+    this.surface.set("color", colours);
   }
+}
+
+function countsOf({ positions, indices }: Level): [number, number] {
+  return [positions.length / 3, indices.length / 3];
 }
 
 function lengthsBelow({ positions, predicted, kept }: Level, below: Float32Array | undefined): Float32Array {
@@ -133,8 +167,10 @@ export class Model {
       same.complete(level, settled?.counts[0] ?? 0, arrived);
       return same;
     }
-    const estimated = this.info?.levels[level.level]?.kind === "late";
-    const stage = new Stage(level, this.stages[level.level - 1], estimated, arrived);
+    const { levels } = this.info ?? {};
+    const estimated = levels?.[level.level]?.kind === "late";
+    const isFinest = level.level + 1 === levels?.length;
+    const stage = new Stage(level, this.stages[level.level - 1], isFinest, estimated, arrived);
     this.stages[level.level] = stage;
     return stage;
   }

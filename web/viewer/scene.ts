@@ -1,9 +1,10 @@
 /** The mesh on the screen: camera, light, materials, and the way from one level to the next. */
 import {
   type BufferGeometry, Color, DirectionalLight, DoubleSide, HemisphereLight, type Material, Mesh, MeshBasicMaterial,
-  MeshStandardMaterial, PerspectiveCamera, Scene, Sphere, Spherical, Vector3, WebGLRenderer,
+  MeshStandardMaterial, PerspectiveCamera, Scene, Spherical, Vector3, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+import type { Triangles } from "./stance";
 
 /** What of a level is shown. */
 export interface Frame {
@@ -12,9 +13,10 @@ export interface Frame {
   coloured: boolean;
 }
 
-/** Free space around the mesh: a base may be smaller than what it grows to. */
-const MARGIN = 1.2;
-const START = new Vector3(0.55, 0.3, 1).normalize();
+/** The part of the picture that the mesh fills: a level may be smaller than what it grows to. */
+const FILLED = 0.8;
+/** The camera's height above the horizon, in radians. */
+const ELEVATION = 0.33;
 
 export class View {
   private readonly renderer: WebGLRenderer;
@@ -31,10 +33,16 @@ export class View {
   private readonly edges = grows(new MeshBasicMaterial({ wireframe: true, transparent: true, opacity: 0.4 }), this.morph);
   private readonly mesh: Mesh<BufferGeometry, MeshStandardMaterial>;
   private readonly wire: Mesh<BufferGeometry, MeshBasicMaterial>;
-  private readonly bounds = new Sphere();
   private animation: { start: number; milliseconds: number; from: number; to: number; done: () => void } | undefined;
   private asked = false;
-  private fitted = false;
+  /** What is to be in sight, which way up, and from where: radians around the vertical. */
+  private subject: Triangles | undefined;
+  private zUp = false;
+  private azimuth = 0;
+  /** Diagonal of the subject's bounding box. */
+  diagonal = 1;
+  /** Whether the visitor has turned or moved the mesh. */
+  touched = false;
 
   constructor(private readonly canvas: HTMLCanvasElement) {
     this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true });
@@ -51,6 +59,7 @@ export class View {
     this.controls.enableDamping = true;
     this.controls.dampingFactor = 0.12;
     this.controls.addEventListener("change", () => this.render());
+    this.controls.addEventListener("start", () => (this.touched = true));
     new ResizeObserver(() => this.resize()).observe(canvas);
     this.resize();
     this.warm();
@@ -73,7 +82,8 @@ export class View {
   clear(): void {
     this.animation = undefined;
     this.mesh.visible = this.wire.visible = false;
-    this.fitted = false;
+    this.subject = undefined;
+    this.touched = false;
     this.render();
   }
 
@@ -89,10 +99,12 @@ export class View {
     this.render();
   }
 
-  /** Whether the mesh's Z axis points up, not its Y axis. */
-  set zUp(zUp: boolean) {
+  /** Puts a mesh in sight: which way up, and from where, in radians around the vertical. */
+  stand(subject: Triangles, zUp: boolean, azimuth: number): void {
     this.mesh.rotation.x = this.wire.rotation.x = zUp ? -Math.PI / 2 : 0;
-    if (this.fitted) this.reset();
+    Object.assign(this, { subject, zUp, azimuth });
+    this.diagonal = diagonalOf(subject) || 1;
+    this.reset();
   }
 
   set dark(dark: boolean) {
@@ -102,29 +114,51 @@ export class View {
     this.render();
   }
 
-  /** Diagonal of the bounding box, about: the diameter of the first level's bounding sphere. */
-  get diagonal(): number {
-    return 2 * this.bounds.radius || 1;
-  }
-
   /** Brings all of the mesh into sight. */
   reset(): void {
+    if (!this.subject) return;
     this.controls.reset();
-    this.mesh.updateMatrixWorld();
-    const { radius } = this.bounds;
-    const center = this.bounds.center.clone().applyMatrix4(this.mesh.matrixWorld);
-    const { aspect, fov } = this.camera;
-    const half = Math.tan((fov / 2) * (Math.PI / 180)) * Math.min(1, aspect);
-    const distance = (radius / Math.sin(Math.atan(half))) * MARGIN || 1;
-    this.camera.position.copy(START).multiplyScalar(distance).add(center);
+    this.touched = false;
+    const towards = new Vector3().setFromSphericalCoords(1, Math.PI / 2 - ELEVATION, this.azimuth);
+    const right = new Vector3(0, 1, 0).cross(towards).normalize();
+    const { center, distance } = this.fit([right, towards.clone().cross(right), towards], this.subject);
+    this.camera.position.copy(towards).multiplyScalar(distance).add(center);
     this.camera.near = distance / 1000;
     this.camera.far = distance * 100;
     this.camera.updateProjectionMatrix();
-    this.controls.minDistance = radius / 50;
+    this.controls.minDistance = this.diagonal / 100;
     this.controls.maxDistance = distance * 20;
     this.controls.target.copy(center);
     this.controls.update();
     this.render();
+  }
+
+  /** Where the subject's middle is, and from how far all of it is seen along these axes. */
+  private fit(axes: [Vector3, Vector3, Vector3], { positions, indices }: Triangles) {
+    const point = new Vector3();
+    const corners = (visit: (along: number[]) => void) => {
+      for (const v of indices) {
+        const [x, y, z] = positions.subarray(3 * v, 3 * v + 3) as unknown as [number, number, number];
+        point.set(x, this.zUp ? z : y, this.zUp ? -y : z);
+        visit(axes.map((axis) => axis.dot(point)));
+      }
+    };
+    const [low, high] = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
+    corners((along) => along.forEach((a, k) => {
+      low[k] = Math.min(low[k]!, a);
+      high[k] = Math.max(high[k]!, a);
+    }));
+    const middle = low.map((a, k) => (indices.length > 0 ? (a + high[k]!) / 2 : 0));
+    const { aspect, fov } = this.camera;
+    const reach = FILLED * Math.tan((fov / 2) * (Math.PI / 180));
+    let distance = 0;
+    corners(([a, b, c]) => {
+      const [across, upwards, nearer] = [a! - middle[0]!, b! - middle[1]!, c! - middle[2]!];
+      distance = Math.max(distance, nearer + Math.max(Math.abs(across) / aspect, Math.abs(upwards)) / reach);
+    });
+    const center = new Vector3();
+    axes.forEach((axis, k) => center.addScaledVector(axis, middle[k]!));
+    return { center, distance: distance || 1 };
   }
 
   /** Turns the mesh by angles in radians. */
@@ -133,6 +167,7 @@ export class View {
     around.theta -= right;
     around.phi += up;
     around.makeSafe();
+    this.touched = true;
     this.camera.position.setFromSpherical(around).add(this.controls.target);
     this.controls.update();
     this.render();
@@ -140,6 +175,7 @@ export class View {
 
   /** Goes closer by a factor above 1, farther by one below. */
   approach(factor: number): void {
+    this.touched = true;
     this.camera.position.sub(this.controls.target).divideScalar(factor).add(this.controls.target);
     this.controls.update();
     this.render();
@@ -156,12 +192,6 @@ export class View {
     }
     if (coloured) this.solid.color.set("#ffffff");
     else this.solid.color.copy(this.solid.userData["plain"] as Color);
-    if (!this.fitted) {
-      geometry.computeBoundingSphere();
-      this.bounds.copy(geometry.boundingSphere ?? new Sphere());
-      this.fitted = true;
-      this.reset();
-    }
     this.render();
   }
 
@@ -172,7 +202,7 @@ export class View {
     const portrait = this.camera.aspect < 1;
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
-    if (portrait !== this.camera.aspect < 1 && this.fitted) this.reset();
+    if (portrait !== this.camera.aspect < 1 || !this.touched) this.reset();
     // At once: a canvas that was resized is empty until it is drawn.
     this.draw();
   }
@@ -211,6 +241,15 @@ export class View {
     this.animation = undefined;
     done();
   }
+}
+
+function diagonalOf({ positions }: Triangles): number {
+  const [low, high] = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
+  positions.forEach((x, i) => {
+    low[i % 3] = Math.min(low[i % 3]!, x);
+    high[i % 3] = Math.max(high[i % 3]!, x);
+  });
+  return positions.length > 0 ? Math.hypot(...low.map((a, k) => high[k]! - a)) : 0;
 }
 
 /** A material whose vertices stand between where they are expected and where they are. */

@@ -9,14 +9,27 @@ export interface Source {
   url: string;
   /** What is to be said of it. */
   notes: string[];
+  protocol?: "http" | "ws";
 }
 
-/** The file behind `?src=`. */
-export function fromAddress(address: string): Source {
+/** The file behind `?src=`, asked for by `&protocol=ws` if that is there. */
+export function fromAddress(address: string, protocol: string | null): Source {
   const url = new URL(address, location.href);
   if (!/^(https?|blob):$/.test(url.protocol)) throw new Error(`not an address of a file: ${address}`);
-  const name = decodeURIComponent(url.pathname.split("/").at(-1) ?? "") || url.host;
-  return { name, url: url.href, notes: [] };
+  return { name: nameOf(url), url: url.href, notes: [], protocol: protocol === "ws" ? "ws" : "http" };
+}
+
+/** The file's name; of a mesh that its server encodes, the mesh's own. */
+function nameOf(url: URL): string {
+  const last = url.pathname.split("/").at(-1) ?? "";
+  let name = last;
+  try {
+    name = decodeURIComponent(last);
+  } catch {
+    // A percent sign that stands for itself.
+  }
+  const mesh = name.replace(/\.tct$/, "");
+  return (MESH_FORMATS.some((format) => mesh.toLowerCase().endsWith(`.${format}`)) ? mesh : name) || url.host;
 }
 
 /** Whether the file is a mesh that has to be encoded first. */

@@ -5,9 +5,14 @@ import * as panel from "./panel";
 import type { Picture } from "./panel";
 import type { View } from "./scene";
 import type { Source } from "./source";
+import { azimuth, standsOnZ } from "./stance";
 
 /** Milliseconds in which a level grows out of the one below. */
 const GROWING = 450;
+/** Milliseconds without a level after which the page says that it waits. */
+const WAITING = 400;
+/** How a mesh stands shows from about this many vertices on. */
+const TELLING = 1000;
 
 export class Viewer {
   /** How fast a connection to imitate, in bytes per second. */
@@ -22,6 +27,9 @@ export class Viewer {
   private follows = true;
   private growing = false;
   private started = 0;
+  /** Whether the visitor, or a level that tells, has said which way up the mesh stands. */
+  private standing: "guessed" | "settled" = "guessed";
+  private waiting: ReturnType<typeof setTimeout> | undefined;
 
   constructor(private readonly view: View) {
     panel.setPicture(this.picture);
@@ -37,7 +45,9 @@ export class Viewer {
     panel.setNotes(source.notes);
     this.setState("loading");
     const model = this.model;
+    this.waiting = setTimeout(() => panel.setBusy(`Waiting for ${source.name} …`), WAITING);
     const stream = openUrl(source.url, {
+      protocol: source.protocol ?? "http",
       predictions: true,
       normals: true,
       digest: true,
@@ -64,7 +74,7 @@ export class Viewer {
 
   /** Says that a mesh could not be had. */
   fail(error: unknown): void {
-    panel.setBusy(undefined);
+    this.endWaiting();
     panel.say(error instanceof Error ? error.message : String(error), "failure");
     this.setState(this.shown ? "failed" : "empty");
   }
@@ -88,6 +98,12 @@ export class Viewer {
     this.picture = picture;
     panel.setPicture(picture);
     if (this.shown) this.put(this.shown);
+  }
+
+  /** Which axis points up; from then on it is the visitor's choice. */
+  setUp(zUp: boolean): void {
+    this.standing = "settled";
+    this.stand(zUp);
   }
 
   setGrowing(grows: boolean): void {
@@ -115,8 +131,9 @@ export class Viewer {
     this.model = this.shown = undefined;
     this.follows = true;
     this.growing = false;
+    this.standing = "guessed";
     panel.hush();
-    panel.setBusy(undefined);
+    this.endWaiting();
     panel.setMarks(undefined);
     panel.setProgress(0, undefined);
     panel.setFigures(undefined, undefined);
@@ -130,6 +147,8 @@ export class Viewer {
     const model = this.model!;
     const wasEstimated = model.stages[level.level]?.estimated;
     const stage = model.take(level, performance.now() - this.started);
+    this.endWaiting();
+    this.settle(stage);
     // Whoever watches the page from outside hears of it too.
     const { restored, estimated, arrived } = stage;
     dispatchEvent(new CustomEvent("tercet-level", { detail: { level: stage.level, restored, estimated, arrived } }));
@@ -143,6 +162,23 @@ export class Viewer {
     } else {
       panel.setFigures(model, this.shown);
     }
+  }
+
+  /** Guesses how the mesh stands while levels are coarse; what turns later would only disturb. */
+  private settle(stage: Stage): void {
+    if (this.standing === "settled") return;
+    if (stage.counts[0] >= TELLING || this.view.touched) this.standing = "settled";
+    if (!this.view.touched) this.stand(standsOnZ(stage.triangles), stage);
+  }
+
+  private stand(zUp: boolean, stage = this.model?.finest): void {
+    panel.element<HTMLInputElement>("up").checked = zUp;
+    if (stage) this.view.stand(stage.triangles, zUp, azimuth(stage.triangles, zUp));
+  }
+
+  private endWaiting(): void {
+    clearTimeout(this.waiting);
+    panel.setBusy(undefined);
   }
 
   private finish(): void {

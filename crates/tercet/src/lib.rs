@@ -41,7 +41,7 @@ mod subdivide;
 pub mod transport;
 pub mod verify;
 
-pub use container::Approximation;
+pub use container::{Approximation, VERSION as FORMAT_VERSION};
 pub use decode::{Decoder, Info, Level, LevelInfo, decode};
 pub use effort::Effort;
 pub use encode::{EncodeOptions, Encoded, Progress, Progressive, encode, encode_with};

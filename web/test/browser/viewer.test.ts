@@ -189,6 +189,42 @@ test("a dropped .tct file is decoded, a dropped mesh file encoded first", async 
   await close();
 });
 
+/** An animal of boxes, its length along one axis and its height along another, as an OBJ file. */
+function animal(place: (right: number, up: number, forward: number) => number[]): Buffer {
+  const boxes = [
+    ...[[-1, -2], [-1, 2], [1, -2], [1, 2]].map(([x, z]) => [[x! - 0.2, 0, z! - 0.2], [x! + 0.2, 2, z! + 0.2]]),
+    [[-1.2, 2, -2.2], [1.2, 4, 2.2]], [[-0.6, 4, 0.8], [0.6, 6, 2.8]], [[-0.1, 3, -2.7], [0.1, 3.2, -2.1]],
+  ];
+  const quads = [[1, 2, 4, 3], [5, 7, 8, 6], [1, 5, 6, 2], [3, 4, 8, 7], [1, 3, 7, 5], [2, 6, 8, 4]];
+  const lines = boxes.flatMap(([low, high], i) => [
+    ...Array.from({ length: 8 }, (_, v) => {
+      const [x, y, z] = [0, 1, 2].map((k) => ((v >> k) & 1 ? high : low)![k]!);
+      return `v ${place(x!, y!, z!).join(" ")}`;
+    }),
+    ...quads.map((quad) => `f ${quad.map((v) => v + 8 * i).join(" ")}`),
+  ]);
+  return Buffer.from(lines.join("\n"));
+}
+
+test("a mesh stands on its feet, whichever axis points up, and the visitor has the last word", async () => {
+  const { page, errors, close } = await visit(browser, `${address}/view/`);
+  for (const [name, zUp, file] of [
+    ["y-up", false, animal((right, up, forward) => [right, up, forward])],
+    ["z-up", true, animal((right, up, forward) => [right, -forward, up])],
+  ] as const) {
+    await drop(page, `${name}.obj`, file);
+    await page.waitForFunction((name) => document.getElementById("name")!.textContent === `${name}.obj`, name);
+    await reach(page, "done");
+    assert.equal(await page.isChecked("#up"), zUp, name);
+    await page.waitForTimeout(800);
+    await keep(page, name);
+  }
+  await page.keyboard.press("u");
+  assert.equal(await page.isChecked("#up"), false);
+  assert.deepEqual(errors, []);
+  await close();
+});
+
 test("the slider and the keys go back and forth", async () => {
   const { page, errors, close } = await visit(browser, view("/small.tct"));
   await reach(page, "done");

@@ -106,7 +106,7 @@ test("a file that ends early is an error, not an endless loop", async () => {
 test("what is no file of ours, and what is not there", async () => {
   link.files.set("/text.tct", Buffer.from("not a mesh"));
   await assert.rejects(open({}, "/text.tct").done, { kind: "format" });
-  await assert.rejects(open({}, "/missing.tct").done, { kind: "status" });
+  await assert.rejects(open({}, "/missing.tct").done, { kind: "status", message: /404 Not Found: there is no such file$/ });
 });
 
 test("a file that is replaced meanwhile is noticed", async () => {

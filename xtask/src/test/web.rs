@@ -54,6 +54,8 @@ pub fn browser(setting: &Setting) -> Result<Outcome> {
     let mut tests = tests(&web, "test/out/browser", &fixtures(setting)?);
     tests.env("TERCET_VIEWER", &viewer).env("TERCET_SCREENSHOTS", &pictures);
     tests.env("TERCET_CHROMIUM", chromium.unwrap_or("chromium"));
+    run(command("cargo", &["build", "--quiet", "--locked", "--package=tercet-cli"]))?;
+    tests.env("TERCET_COMMAND", setting.target.join("debug/tercet"));
     run(tests)?;
     Ok(Outcome::Passed(format!("screenshots in {}", pictures.display())))
 }

@@ -9,7 +9,7 @@ use tercet::metrics::TriangleTree;
 use tercet::{Level, Limits, Mesh};
 
 use crate::console::Console;
-use crate::picture::{Camera, Colour, Picture, Size, Style, Up, View, width_for_surface};
+use crate::picture::{Camera, Colour, Picture, Size, Style, Up, View, stance, width_for_surface};
 use crate::{Outcome, args, files, input};
 
 #[derive(Debug, clap::Args)]
@@ -50,15 +50,16 @@ pub struct Look {
     /// Width and height in pixels, at most 4096.
     #[arg(long, value_name = "WxH", default_value = "800x600", value_parser = size)]
     pub size: Size,
-    /// The camera's direction around the upward axis, in degrees.
-    #[arg(long, value_name = "DEGREES", default_value_t = 30.0, allow_negative_numbers = true, value_parser = degrees)]
-    pub azimuth: f64,
+    /// The camera's direction around the upward axis, in degrees; 0 is in front: z, or −y where z is up
+    /// [default: 30 beside the front, or the back if the mesh's top leans to it].
+    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true, value_parser = degrees)]
+    pub azimuth: Option<f64>,
     /// The camera's direction above the horizon, in degrees.
     #[arg(long, value_name = "DEGREES", default_value_t = 20.0, allow_negative_numbers = true, value_parser = degrees)]
     pub elevation: f64,
-    /// The axis that points up: x, y, z, -x, -y or -z.
-    #[arg(long, value_name = "AXIS", default_value = "y", allow_hyphen_values = true, value_parser = up)]
-    pub up: Up,
+    /// The axis that points up: x, y, z, -x, -y or -z [default: y, or z if the mesh stands well only so].
+    #[arg(long, value_name = "AXIS", allow_hyphen_values = true, value_parser = up)]
+    pub up: Option<Up>,
     /// Show every face flat [default: smooth but for creases].
     #[arg(long)]
     pub flat: bool,
@@ -83,8 +84,11 @@ pub enum Mode {
 }
 
 impl Look {
-    pub fn view(&self) -> View {
-        View { azimuth: self.azimuth, elevation: self.elevation, up: self.up }
+    /// From where to see a mesh: as was asked, and otherwise as it stands best.
+    pub fn view(&self, mesh: &Mesh) -> View {
+        let up = self.up.unwrap_or_else(|| stance::upward(mesh));
+        let azimuth = self.azimuth.unwrap_or_else(|| stance::azimuth(mesh, up));
+        View { azimuth, elevation: self.elevation, up }
     }
 }
 
@@ -126,7 +130,8 @@ pub fn render(args: &RenderArgs, limits: &Limits, console: &Console) -> Result<O
         _ => Style::Shaded,
     };
     let space = Size { width: width_for_surface(&style, args.look.size.width), ..args.look.size };
-    let camera = Camera::fit(&subject.framed, &args.look.view(), space).with_context(|| name.clone())?;
+    let camera = Camera::fit(&subject.framed, &args.look.view(&subject.framed), space)
+        .with_context(|| name.clone())?;
     let background = args.look.background.map_or(Some(Colour([255; 3])), |background| background.0);
     let picture = Picture { mesh: &subject.mesh, style, flat: args.look.flat, background };
     files::write_bytes(&picture.draw(&camera, args.look.size).png()?, &args.output)?;

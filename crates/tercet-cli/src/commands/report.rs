@@ -81,7 +81,7 @@ impl<'a> Report<'a> {
     fn draw(&mut self, name: &str, mesh: &Mesh, style: Style, caption: String) -> Result<Figure> {
         let size = self.look.size;
         let space = Size { width: width_for_surface(&style, size.width), ..size };
-        let camera = Camera::fit(self.mesh, &self.look.view(), space)?;
+        let camera = Camera::fit(self.mesh, &self.look.view(self.mesh), space)?;
         // Transparent: on the page it lies on light and on dark grounds.
         let picture =
             Picture { mesh, style, flat: self.look.flat, background: self.look.background.and_then(|b| b.0) };

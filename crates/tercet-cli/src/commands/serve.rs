@@ -43,6 +43,9 @@ pub struct Serving {
     /// Where encoded meshes are kept [default: the user's folder for caches].
     #[arg(long, value_name = "DIR")]
     pub cache: Option<PathBuf>,
+    /// Bytes that encoded meshes may take up there; beyond, the oldest are removed.
+    #[arg(long, value_name = "SIZE", default_value = "2G", value_parser = args::size)]
+    pub cache_size: u64,
     /// Encodings at a time; they share --max-memory.
     #[arg(long, value_name = "N", default_value_t = 2, value_parser = at_least_one)]
     pub encode_jobs: usize,
@@ -85,6 +88,7 @@ impl Serving {
         let options = Options {
             base: String::new(),
             cache: self.cache.clone().unwrap_or_else(default_cache),
+            cache_size: self.cache_size,
             encode: EncodeOptions { bits: self.bits, ..EncodeOptions::default() },
             effort: Effort { jobs: self.encode_jobs, limits: *limits, patience: self.encode_timeout },
             sessions: Sessions { max_message: self.max_message as usize, idle: self.idle_timeout },

@@ -28,6 +28,20 @@ impl Up {
     }
 }
 
+/// What is to the right, up and forward, out of the front, in a mesh's own coordinates.
+///
+/// With y up the front is z, with z up it is −y: as programs expect that have the one or the other. A
+/// negative end turns all but the front by half a turn.
+pub fn axes_of(Up { axis, negative }: Up) -> [[f64; 3]; 3] {
+    let [right, up, forward] = match axis {
+        0 => [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+        1 => [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        _ => [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]],
+    };
+    let sign = if negative { -1.0 } else { 1.0 };
+    [right.map(|x| sign * x), up.map(|x| sign * x), forward]
+}
+
 /// The direction of sight, in degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
@@ -93,18 +107,15 @@ impl Camera {
     pub fn towards(view: &View, size: Size) -> Self {
         let (sin_a, cos_a) = view.azimuth.to_radians().sin_cos();
         let (sin_e, cos_e) = view.elevation.to_radians().sin_cos();
-        // With y upwards; for other axes the coordinates rotate, for a negative end by half a turn more.
+        // To the right, up and forward.
         let axes = [
             [cos_a, 0.0, -sin_a],
             [-sin_a * sin_e, cos_e, -cos_a * sin_e],
             [sin_a * cos_e, sin_e, cos_a * cos_e],
         ];
-        let Up { axis: up, negative } = view.up;
-        let signs = if negative { [-1.0, -1.0, 1.0] } else { [1.0; 3] };
-        let axes = axes.map(|axis| {
-            let mut world = [0.0; 3];
-            (0..3).for_each(|k| world[(up + k + 2) % 3] = signs[k] * axis[k]);
-            world
+        let world = axes_of(view.up);
+        let axes = axes.map(|axis: [f64; 3]| {
+            std::array::from_fn(|k| (0..3).map(|direction| axis[direction] * world[direction][k]).sum())
         });
         let samples = |pixels: usize| (pixels * SUPERSAMPLING) as f64;
         let (width, height) = (samples(size.width), samples(size.height));

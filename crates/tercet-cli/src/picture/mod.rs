@@ -11,6 +11,7 @@ mod legend;
 mod normals;
 mod raster;
 mod shade;
+pub mod stance;
 
 pub use camera::{Camera, Up, View};
 pub use colour::Colour;

@@ -103,6 +103,7 @@ fn axes_point_where_they_should() {
     near(camera(90.0, 0.0, Y).to_view([1.0, 0.0, 0.0]), [0.0, 0.0, 1.0]);
     near(camera(0.0, 90.0, Y).to_view([0.0, 1.0, 0.0]), [0.0, 0.0, 1.0]);
     near(camera(0.0, 0.0, Z).to_view([0.0, 0.0, 1.0]), [0.0, 1.0, 0.0]);
+    near(camera(0.0, 0.0, Z).to_view([0.0, -1.0, 0.0]), [0.0, 0.0, 1.0]);
     near(camera(0.0, 0.0, X).to_view([1.0, 0.0, 0.0]), [0.0, 1.0, 0.0]);
     for axis in 0..3 {
         let up = Up { axis, negative: true };

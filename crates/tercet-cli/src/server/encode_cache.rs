@@ -17,6 +17,7 @@ use super::failure::Failure;
 use super::metrics::Metrics;
 use super::once::Once;
 use super::rendition::{Digest, Object};
+use super::trim::trim;
 
 /// Encodings that are remembered as done or as impossible; beyond, the disk is asked again.
 const REMEMBERED: usize = 4096;
@@ -26,6 +27,8 @@ const WAITING_PER_JOB: usize = 32;
 /// Encoded meshes in a folder, named by the digest of the mesh file and what was asked for.
 pub struct EncodeCache {
     folder: PathBuf,
+    /// What they may take up together, in bytes.
+    size: u64,
     store: Arc<dyn ObjectStore>,
     options: EncodeOptions,
     /// What one job may hold.
@@ -49,12 +52,15 @@ pub struct Effort {
 }
 
 impl EncodeCache {
-    /// Opens the folder, and makes it if it is not there.
+    /// Opens the folder, and makes it if it is not there. Whenever the files in it take up more than
+    /// `size` bytes, the oldest are removed; a file that is larger than that stays until the next one
+    /// is written.
     ///
     /// # Errors
     /// If that cannot be.
     pub fn open(
         folder: PathBuf,
+        size: u64,
         options: EncodeOptions,
         effort: Effort,
         metrics: Arc<Metrics>,
@@ -62,10 +68,12 @@ impl EncodeCache {
         let named =
             |error: &dyn std::fmt::Display| io::Error::other(format!("{}: {error}", folder.display()));
         std::fs::create_dir_all(&folder).map_err(|error| named(&error))?;
+        trim(&folder, size, None).map_err(|error| named(&error))?;
         let store = LocalFileSystem::new_with_prefix(&folder).map_err(|error| named(&error))?;
         let jobs = effort.jobs.max(1);
         Ok(EncodeCache {
             folder,
+            size,
             store: Arc::new(store),
             options,
             limits: Limits { max_memory: effort.limits.max_memory / jobs as u64 },
@@ -89,17 +97,19 @@ impl EncodeCache {
             Err(Failure::NotFound) => {}
             found => return found,
         }
+        // What was encoded before may have been removed since.
+        self.jobs.forget(&location);
         let job = self.jobs.get(location.clone(), || self.job(mesh.clone(), format, location.clone()));
         tokio::time::timeout(self.patience, job).await.unwrap_or(Err(Failure::Busy))?;
         Object::find(&self.store, &location).await
     }
 
     /// Two formats read the same bytes differently, and two versions of the program may write
-    /// different files.
+    /// different files, or files that this one cannot read.
     fn location(&self, digest: &Digest, format: Format) -> Path {
         let bits = self.options.bits.map_or("exact".into(), |bits| format!("{bits}bits"));
         let order = if self.options.keep_order { "-order" } else { "" };
-        let version = env!("CARGO_PKG_VERSION");
+        let version = format!("{}-v{}", env!("CARGO_PKG_VERSION"), tercet::FORMAT_VERSION);
         Path::from(format!("{}-{}-{bits}{order}-{version}.tct", digest.as_str(), format.name()))
     }
 
@@ -112,14 +122,20 @@ impl EncodeCache {
         let (running, admitted, metrics) =
             (self.running.clone(), self.admitted.clone(), self.metrics.clone());
         let (limits, options, folder) = (self.limits, self.options, self.folder.clone());
+        let (size, store) = (self.size, self.store.clone());
         async move {
+            // Another request's job may have ended since the file was looked for.
+            if Object::find(&store, &location).await.is_ok() {
+                return Ok(());
+            }
             let _admission = admitted.try_acquire_owned().map_err(|_| Failure::Busy)?;
             let _turn = running.acquire_owned().await.map_err(|_| Failure::Busy)?;
             let bytes = read_whole(&mesh, &limits).await?;
             let start = Instant::now();
             let done = tokio::task::spawn_blocking(move || {
                 let encoded = encode(&bytes, format, &options, &limits)?;
-                keep(&encoded, folder, &location)
+                keep(&encoded, &folder, &location)?;
+                trim(&folder, size, Some(location.as_ref())).map_err(|error| cache_failure(&error))
             });
             let done = done.await.unwrap_or_else(|error| Err(Failure::Mesh(format!("encoding: {error}"))));
             metrics.encoded(start.elapsed(), done.is_ok());
@@ -167,12 +183,16 @@ fn encode(
 const ENCODING_BYTES_PER_VERTEX: u64 = 300;
 
 /// Writes a file under a name of its own first: whoever finds it finds it whole.
-fn keep(bytes: &[u8], folder: PathBuf, location: &Path) -> Result<(), Failure> {
+fn keep(bytes: &[u8], folder: &std::path::Path, location: &Path) -> Result<(), Failure> {
     let write = || -> io::Result<()> {
-        let mut file = tempfile::NamedTempFile::new_in(&folder)?;
+        let mut file = tempfile::NamedTempFile::new_in(folder)?;
         file.write_all(bytes)?;
         file.persist(folder.join(location.as_ref()))?;
         Ok(())
     };
-    write().map_err(|error| Failure::Store(format!("cache: {error}")))
+    write().map_err(|error| cache_failure(&error))
+}
+
+fn cache_failure(error: &io::Error) -> Failure {
+    Failure::Store(format!("cache: {error}"))
 }

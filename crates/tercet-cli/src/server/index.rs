@@ -3,6 +3,7 @@
 use axum::http::{HeaderValue, header};
 use axum::response::{Html, IntoResponse, Response};
 use object_store::ObjectStore;
+use object_store::path::Path;
 use serde_json::{Value, json};
 
 use super::Shared;
@@ -16,7 +17,7 @@ use crate::markup::escaped;
 pub const LIST: &str = "index.json";
 
 /// The page asks nobody else for anything.
-const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src 'self'";
+const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src 'self' data:";
 
 /// Folders and files, each by name.
 struct Folder {
@@ -43,6 +44,11 @@ pub async fn page(shared: &Shared, path: &str) -> Result<Response, Failure> {
     Ok(response)
 }
 
+/// Whether there is a folder of that name.
+pub async fn exists(shared: &Shared, path: &str) -> bool {
+    !path.ends_with(SUFFIX) && Folder::list(&**shared.catalogue.store(), path).await.is_ok()
+}
+
 /// `/index.json` and `/FOLDER/index.json`.
 pub async fn list(shared: &Shared, path: &str) -> Result<Response, Failure> {
     let folder = Folder::list(&**shared.catalogue.store(), path).await?;
@@ -51,15 +57,16 @@ pub async fn list(shared: &Shared, path: &str) -> Result<Response, Failure> {
 }
 
 impl Folder {
-    /// Lists a folder. A store has no empty folders: one of which nothing is known does not exist,
+    /// Lists a folder. A bucket has no empty folders: one of which nothing is known does not exist,
     /// except for the root.
     async fn list(store: &dyn ObjectStore, path: &str) -> Result<Folder, Failure> {
         let prefix = location(path)?;
         let found = store.list_with_delimiter(Some(&prefix)).await?;
-        if found.objects.is_empty() && found.common_prefixes.is_empty() && !path.is_empty() {
+        let is_empty = found.objects.is_empty() && found.common_prefixes.is_empty();
+        if is_empty && !path.is_empty() && !is_known(store, &prefix).await? {
             return Err(Failure::NotFound);
         }
-        let name = |path: &object_store::path::Path| path.filename().map(str::to_owned);
+        let name = |path: &Path| path.filename().map(str::to_owned);
         let mut folders: Vec<String> = found.common_prefixes.iter().filter_map(name).collect();
         folders.sort();
         let mut files: Vec<File> = found.objects.iter().filter_map(File::of).collect();
@@ -92,23 +99,46 @@ impl Folder {
     }
 
     fn html(&self, at: &Addresses) -> String {
-        let title = format!("/{}", self.path);
         let mut items = String::new();
-        if !self.path.is_empty() {
-            items += "<li class=\"folder\"><a href=\"../\">..</a></li>\n";
-        }
         for name in &self.folders {
             let url = escaped(&at.plain(&format!("{}{name}/", self.path)));
-            items += &format!("<li class=\"folder\"><a href=\"{url}\">{}/</a></li>\n", escaped(name));
+            items += &format!("<li class=\"folder\"><a href=\"{url}\">{}/</a></li>\n", breakable(name));
         }
         for file in &self.files {
             items += &file.html(&self.path, at);
         }
         if self.files.is_empty() {
-            items += "<li class=\"folder\">There is no mesh in this folder.</li>\n";
+            items += "<li class=\"folder\">There is no mesh in this folder: no .tct, .obj, .ply, .stl or .off file.</li>\n";
         }
-        PAGE.replace("{title}", &escaped(&title)).replace("{list}", LIST).replace("{items}", &items)
+        let title = format!("/{}", self.path);
+        let page = PAGE.replace("{title}", &escaped(&title)).replace("{list}", LIST);
+        page.replace("{trail}", &self.trail(at)).replace("{items}", &items)
     }
+
+    /// The way from the root to this folder, each step but the last with its address.
+    fn trail(&self, at: &Addresses) -> String {
+        let steps: Vec<&str> = self.path.split_terminator('/').collect();
+        let mut trail =
+            if steps.is_empty() { "/".into() } else { format!("<a href=\"{}\">/</a>", at.plain("")) };
+        for (i, step) in steps.iter().enumerate() {
+            let name = breakable(step);
+            if i + 1 == steps.len() {
+                trail += &format!(" {name} /");
+            } else {
+                let url = escaped(&at.plain(&format!("{}/", steps[..=i].join("/"))));
+                trail += &format!(" <a href=\"{url}\">{name}</a> /");
+            }
+        }
+        trail
+    }
+}
+
+/// Whether the folder that holds it lists a folder: a directory may be empty.
+async fn is_known(store: &dyn ObjectStore, folder: &Path) -> Result<bool, Failure> {
+    let name = folder.filename().unwrap_or_default();
+    let parent = folder.as_ref().strip_suffix(name).unwrap_or_default();
+    let around = store.list_with_delimiter(Some(&location(parent)?)).await?;
+    Ok(around.common_prefixes.contains(folder))
 }
 
 impl File {
@@ -130,19 +160,75 @@ impl File {
     fn html(&self, folder: &str, at: &Addresses) -> String {
         let path = format!("{folder}{}", self.name);
         let url = at.plain(&path);
-        let (shown, picture) = (escaped(&self.name), escaped(&at.thumbnail(&path)));
+        let picture = escaped(&at.thumbnail(&path));
         let open = escaped(&if viewer::is_built_in() { at.viewer(&url) } else { url.clone() });
-        let size = if self.encoded { kilobytes(self.bytes) } else { "encoded when asked for".into() };
+        // A mesh has the name that it has in the folder; what is sent is a file of ours.
+        let (shown, download) = match self.name.strip_suffix(SUFFIX) {
+            Some(mesh) if !self.encoded => (mesh, "download as .tct"),
+            _ => (self.name.as_str(), "download"),
+        };
         format!(
-            "<li><a href=\"{open}\"><img src=\"{picture}\" alt=\"\" loading=\"lazy\" width=\"160\" height=\"160\">\
-             <b>{shown}</b></a><span>{size} · <a href=\"{}\" download>download</a></span></li>\n",
+            "<li><a href=\"{open}\" title=\"{}\"><img src=\"{picture}\" alt=\"\" loading=\"lazy\" width=\"160\" \
+             height=\"160\"><b>{}</b></a><span>{} · <a href=\"{}\" download>{download}</a></span></li>\n",
+            escaped(shown),
+            breakable(shown),
+            size(self.bytes),
             escaped(&url)
         )
     }
 }
 
-fn kilobytes(bytes: u64) -> String {
-    format!("{:.1} kB", bytes as f64 / 1000.0)
+/// A name that may be broken behind its separators, its suffix kept whole, as HTML.
+fn breakable(name: &str) -> String {
+    let at = name.rfind('.').filter(|&at| at > 0 && name.len() - at <= LONGEST_SUFFIX).unwrap_or(name.len());
+    let (stem, suffix) = name.split_at(at);
+    let mut html = String::new();
+    for part in stem.split_inclusive(['_', '-', '.']) {
+        html += &escaped(part);
+        html += "<wbr>";
+    }
+    if !suffix.is_empty() {
+        html += &format!("<i>{}</i>", escaped(suffix));
+    }
+    html
+}
+
+/// Bytes of a suffix with its dot; what is longer is a part of the name.
+const LONGEST_SUFFIX: usize = 5;
+
+fn size(bytes: u64) -> String {
+    match bytes {
+        0..1000 => format!("{bytes} B"),
+        1000..1_000_000 => format!("{:.1} kB", bytes as f64 / 1e3),
+        _ => format!("{:.1} MB", bytes as f64 / 1e6),
+    }
 }
 
 const PAGE: &str = include_str!("index.html");
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_break_behind_separators_and_never_in_a_suffix() {
+        assert_eq!(breakable("a_b-c.d.obj"), "a_<wbr>b-<wbr>c.<wbr>d<wbr><i>.obj</i>");
+        assert_eq!(breakable("<b>.ply"), "&lt;b&gt;<wbr><i>.ply</i>");
+        assert_eq!(breakable(".off"), ".<wbr>off<wbr>");
+        assert_eq!(breakable("v1.unfinished"), "v1.<wbr>unfinished<wbr>");
+    }
+
+    #[test]
+    fn sizes_have_the_unit_that_suits_them() {
+        assert_eq!([9, 1000, 2_408_417].map(size), ["9 B", "1.0 kB", "2.4 MB"]);
+    }
+
+    #[test]
+    fn a_trail_leads_back() {
+        let at = Addresses::new("/meshes");
+        let folder = |path: &str| Folder { path: path.into(), folders: vec![], files: vec![] };
+        assert_eq!(folder("").trail(&at), "/");
+        let trail = folder("a b/c/").trail(&at);
+        assert_eq!(trail, "<a href=\"/meshes/\">/</a> <a href=\"/meshes/a%20b/\">a b<wbr></a> / c<wbr> /");
+    }
+}

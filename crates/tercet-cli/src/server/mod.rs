@@ -25,6 +25,7 @@ mod rendition;
 mod session;
 mod store;
 mod thumbnail;
+mod trim;
 mod viewer;
 
 use std::io;
@@ -57,11 +58,7 @@ use catalogue::Catalogue;
 use encode_cache::EncodeCache;
 use failure::Failure;
 use metrics::Metrics;
-use once::Once;
-use rendition::Digest;
-
-/// Pictures that are kept in memory, some 50 kB each.
-const THUMBNAILS: usize = 500;
+use thumbnail::Thumbnails;
 
 /// How a server works.
 #[derive(Clone, Debug)]
@@ -70,6 +67,8 @@ pub struct Options {
     pub base: String,
     /// The folder that keeps encoded meshes.
     pub cache: PathBuf,
+    /// Bytes that they may take up there; beyond, the oldest are removed.
+    pub cache_size: u64,
     /// How meshes of other formats are encoded.
     pub encode: tercet::EncodeOptions,
     /// How much encoding may go on at a time.
@@ -91,7 +90,7 @@ pub struct Sessions {
 struct Shared {
     addresses: Addresses,
     catalogue: Catalogue,
-    thumbnails: Once<Digest, Arc<str>>,
+    thumbnails: Thumbnails,
     metrics: Arc<Metrics>,
     sessions: Sessions,
     stop: CancellationToken,
@@ -138,11 +137,17 @@ pub fn router(store: Arc<dyn ObjectStore>, options: Options) -> io::Result<Route
 pub fn service(store: Arc<dyn ObjectStore>, options: Options) -> io::Result<Service> {
     let metrics = Arc::new(Metrics::default());
     let stop = CancellationToken::new();
-    let cache = EncodeCache::open(options.cache, options.encode, options.effort, metrics.clone())?;
+    let cache = EncodeCache::open(
+        options.cache,
+        options.cache_size,
+        options.encode,
+        options.effort,
+        metrics.clone(),
+    )?;
     let shared = Arc::new(Shared {
         addresses: Addresses::new(&options.base),
         catalogue: Catalogue::new(store, cache),
-        thumbnails: Once::new(THUMBNAILS),
+        thumbnails: Thumbnails::new(),
         metrics: metrics.clone(),
         sessions: options.sessions,
         stop: stop.clone(),
@@ -202,7 +207,13 @@ async fn named(
     }
     match name.rsplit_once('/').unwrap_or(("", &name)) {
         (folder, index::LIST) => index::list(&shared, folder).await,
-        _ => file::send(&shared, &name, None, &method, &headers).await,
+        _ => match file::send(&shared, &name, None, &method, &headers).await {
+            // Relative addresses on a folder's page need the slash.
+            Err(Failure::NotFound) if index::exists(&shared, &name).await => {
+                Ok(Redirect::temporary(&shared.addresses.plain(&format!("{name}/"))).into_response())
+            }
+            sent => sent,
+        },
     }
 }
 
@@ -215,14 +226,23 @@ async fn fixed(
     file::send(&shared, &name, Some(&digest), &method, &headers).await
 }
 
-async fn thumbnail(State(shared): State<Arc<Shared>>, Path(name): Path<String>) -> Result<Response, Failure> {
-    let rendition = shared.catalogue.find(&name).await?;
-    let picture = shared.thumbnails.get(rendition.digest.clone(), || thumbnail::draw(rendition)).await?;
-    let fields = [
-        (header::CONTENT_TYPE, HeaderValue::from_static("image/svg+xml")),
-        (header::CACHE_CONTROL, HeaderValue::from_static("no-cache")),
-    ];
-    Ok((fields, picture.to_string()).into_response())
+/// A picture of a file; where there is none, a picture that says so with the failure's status.
+async fn thumbnail(State(shared): State<Arc<Shared>>, Path(name): Path<String>) -> Response {
+    let found = shared.catalogue.find(&name).await;
+    let picture = match found {
+        Ok(rendition) => shared.thumbnails.picture(rendition).await,
+        Err(failure) => Err(failure),
+    };
+    let caching = (header::CACHE_CONTROL, HeaderValue::from_static("no-cache"));
+    let media = |name| (header::CONTENT_TYPE, HeaderValue::from_static(name));
+    match picture {
+        Ok(picture) => ([media("image/png"), caching], picture).into_response(),
+        Err(failure) => {
+            let placeholder = thumbnail::placeholder(&failure);
+            let status = failure.into_response().status();
+            (status, [media("image/svg+xml"), caching], placeholder).into_response()
+        }
+    }
 }
 
 async fn counters(State(shared): State<Arc<Shared>>) -> Response {

@@ -38,6 +38,15 @@ where
         self.answer(key, work).await
     }
 
+    /// Forgets the result for `key`, so that the next who asks has it computed anew. Work under way and
+    /// failures stay.
+    pub fn forget(&self, key: &K) {
+        let mut answers = self.answers.lock().unwrap_or_else(PoisonError::into_inner);
+        if answers.get(key).is_some_and(|answer| matches!(answer.peek(), Some(Ok(_)))) {
+            answers.remove(key);
+        }
+    }
+
     fn answer<F>(&self, key: K, work: impl FnOnce() -> F) -> Answer<V>
     where
         F: Future<Output = Result<V, Failure>> + Send + 'static,
@@ -100,6 +109,18 @@ mod tests {
             );
             assert_eq!(once.get(key, || async { Ok(1) }).await, then, "{key}");
         }
+    }
+
+    #[tokio::test]
+    async fn what_is_forgotten_is_computed_anew_and_failures_are_not_forgotten() {
+        let once = Once::new(10);
+        let lasting = Failure::Mesh("no faces".into());
+        let failure = lasting.clone();
+        assert_eq!(once.get("good", || async { Ok(1) }).await, Ok(1));
+        assert_eq!(once.get("bad", || async { Err(failure) }).await, Err(lasting.clone()));
+        ["good", "bad"].iter().for_each(|key| once.forget(key));
+        assert_eq!(once.get("good", || async { Ok(2) }).await, Ok(2));
+        assert_eq!(once.get("bad", || async { Ok(2) }).await, Err(lasting));
     }
 
     #[tokio::test]

@@ -1,138 +1,164 @@
-//! A small picture of a file: a coarse level, drawn as a vector graphic.
+//! A small picture of a file: a coarse level, drawn as `tercet render` draws.
 
-use std::fmt::Write;
 use std::sync::Arc;
 
+use bytes::Bytes;
 use futures_util::TryStreamExt;
 use tercet::{Decoder, Info, Limits, Mesh};
+use tokio::sync::Semaphore;
 
 use super::failure::Failure;
-use super::rendition::Rendition;
+use super::once::Once;
+use super::rendition::{Digest, Rendition};
+use crate::picture::{Camera, Picture, Size, Style, View, stance};
 
-/// The finest level that is drawn has at most this many faces.
-const MOST_FACES: u32 = 1200;
+/// The finest level that is drawn has at most this many faces, unless it is the base.
+const MOST_FACES: u32 = 20_000;
 /// Nothing beyond this many bytes is read for a picture.
 const MOST_BYTES: u64 = 1 << 20;
 /// Bytes of memory that decoding for a picture may take.
-const LIMITS: Limits = Limits { max_memory: 16 << 20 };
-/// Half the side of the picture that the mesh fills, in the picture's units.
-const HALF: f64 = 96.0;
+const LIMITS: Limits = Limits { max_memory: 64 << 20 };
+/// Twice as large as it is shown, for dense screens.
+const SIZE: Size = Size { width: 320, height: 320 };
+/// The camera's direction above the horizon, in degrees.
+const ELEVATION: f64 = 20.0;
+/// Pictures that are kept in memory, some 40 kB each.
+const REMEMBERED: usize = 500;
+/// Pictures that are drawn at a time.
+const DRAWING: usize = 2;
 
-/// Draws the finest level with at most [`MOST_FACES`] faces, as an SVG.
-///
-/// # Errors
-/// [`Failure::NotFound`] if there is no such level among the first [`MOST_BYTES`];
-/// [`Failure::Mesh`] if the file is damaged.
-pub async fn draw(rendition: Rendition) -> Result<Arc<str>, Failure> {
-    let end = rendition.bytes().min(MOST_BYTES);
-    let mut bytes = rendition.object.read(0..end).await?;
+/// Pictures of files, as PNG files, each drawn once.
+pub struct Thumbnails {
+    pictures: Once<Digest, Bytes>,
+    drawing: Arc<Semaphore>,
+}
+
+impl Thumbnails {
+    pub fn new() -> Self {
+        Thumbnails { pictures: Once::new(REMEMBERED), drawing: Arc::new(Semaphore::new(DRAWING)) }
+    }
+
+    /// The picture of a file.
+    ///
+    /// # Errors
+    /// [`Failure::NotFound`] if there is nothing to be seen among the first [`MOST_BYTES`];
+    /// [`Failure::Mesh`] if the file is damaged.
+    pub async fn picture(&self, rendition: Rendition) -> Result<Bytes, Failure> {
+        let (digest, drawing) = (rendition.digest.clone(), self.drawing.clone());
+        let draw = || async move {
+            let _turn = drawing.acquire_owned().await.map_err(|_| Failure::Busy)?;
+            let start = beginning(&rendition).await?;
+            let drawn = tokio::task::spawn_blocking(move || draw(&coarse(&start)?));
+            drawn.await.unwrap_or_else(|error| Err(Failure::Mesh(format!("drawing: {error}"))))
+        };
+        self.pictures.get(digest, draw).await
+    }
+}
+
+/// The bytes of a file up to the end of the level that is drawn.
+async fn beginning(rendition: &Rendition) -> Result<Vec<u8>, Failure> {
+    let mut chunks = rendition.object.read(0..rendition.bytes().min(MOST_BYTES)).await?;
+    let mut index = Decoder::new(LIMITS);
+    let (mut start, mut end) = (Vec::new(), None);
+    while let Some(chunk) = chunks.try_next().await? {
+        start.extend_from_slice(&chunk);
+        if end.is_none() {
+            index.push(&chunk);
+            end = index.info().map(|info| end_of_drawn(&info));
+        }
+        if end.is_some_and(|end| start.len() as u64 >= end) {
+            break;
+        }
+    }
+    Ok(start)
+}
+
+fn end_of_drawn(info: &Info) -> u64 {
+    let drawn = info.levels.iter().rfind(|level| level.faces <= MOST_FACES);
+    drawn.or(info.levels.first()).map_or(0, |level| level.bytes)
+}
+
+/// The finest level that the beginning of a file has whole, of at most [`MOST_FACES`] faces or the base.
+fn coarse(start: &[u8]) -> Result<Mesh, Failure> {
     let mut decoder = Decoder::new(LIMITS);
+    decoder.push(start);
     let mut best = None;
-    while let Some(chunk) = bytes.try_next().await? {
-        decoder.push(&chunk);
-        while let Some(level) = decoder.next_level().map_err(|error| Failure::Mesh(error.to_string()))? {
-            best = Some(level.mesh);
-            if decoder.info().is_none_or(|info| next_is_too_fine(&info, level.level)) {
-                return picture(best);
+    loop {
+        match decoder.next_level() {
+            Ok(Some(level)) if best.is_none() || level.mesh.faces.len() as u32 <= MOST_FACES => {
+                best = Some(level.mesh);
             }
-        }
-        if best.is_none() && decoder.info().is_some_and(|info| info.levels[0].faces > MOST_FACES) {
-            return Err(Failure::NotFound);
+            Ok(_) => break,
+            // A picture of what is good is better than none.
+            Err(_) if best.is_some() => break,
+            Err(error) => return Err(Failure::Mesh(error.to_string())),
         }
     }
-    picture(best)
+    best.ok_or(Failure::NotFound)
 }
 
-fn next_is_too_fine(info: &Info, level: u32) -> bool {
-    info.levels.get(level as usize + 1).is_none_or(|next| next.faces > MOST_FACES)
+fn draw(mesh: &Mesh) -> Result<Bytes, Failure> {
+    let up = stance::upward(mesh);
+    let view = View { azimuth: stance::azimuth(mesh, up), elevation: ELEVATION, up };
+    // All that can be wrong is that there are no faces.
+    let camera = Camera::fit(mesh, &view, SIZE).map_err(|_| Failure::NotFound)?;
+    let picture = Picture { mesh, style: Style::Shaded, flat: false, background: None };
+    let png = picture.draw(&camera, SIZE).png();
+    png.map(Bytes::from).map_err(|error| Failure::Store(format!("drawing: {error}")))
 }
 
-fn picture(mesh: Option<Mesh>) -> Result<Arc<str>, Failure> {
-    mesh.filter(|mesh| !mesh.faces.is_empty()).map(|mesh| svg(&mesh).into()).ok_or(Failure::NotFound)
-}
-
-/// A face as it is drawn: farthest first, brighter the more it is turned to the light.
-struct Patch {
-    depth: f64,
-    light: f64,
-    corners: [[f64; 3]; 3],
-}
-
-/// Seen from the upper right, faces painted from back to front.
-fn svg(mesh: &Mesh) -> String {
-    let turned: Vec<[f64; 3]> = mesh.positions.iter().map(|position| turn(position.map(f64::from))).collect();
-    let (centre, half) = extent(&turned);
-    let scale = if half > 0.0 { HALF / half } else { 0.0 };
-    let placed = |v: u32| {
-        let [x, y, z] = turned[v as usize];
-        [(x - centre[0]) * scale, (centre[1] - y) * scale, z]
+/// What is shown where there is no picture: why, in a word.
+pub fn placeholder(failure: &Failure) -> String {
+    let word = match failure {
+        Failure::NotFound => "no picture",
+        Failure::Mesh(_) => "cannot be read",
+        Failure::Busy => "being encoded",
+        Failure::Replaced | Failure::Store(_) => "not to be had",
     };
-    let mut patches: Vec<Patch> = mesh.faces.iter().map(|face| patch(face.map(placed), scale)).collect();
-    patches.sort_by(|a, b| a.depth.total_cmp(&b.depth));
-    let mut out = String::from("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"-100 -100 200 200\">\n");
-    for Patch { light, corners: [a, b, c], .. } in patches {
-        let [red, green, blue] = [70.0, 105.0, 150.0].map(|least| (least + 95.0 * light) as u8);
-        // The stroke closes the seams between faces.
-        let _ = writeln!(
-            out,
-            "<path d=\"M{:.1} {:.1}L{:.1} {:.1}L{:.1} {:.1}z\" fill=\"#{red:02x}{green:02x}{blue:02x}\" \
-             stroke=\"#{red:02x}{green:02x}{blue:02x}\" stroke-width=\".4\"/>",
-            a[0], a[1], b[0], b[1], c[0], c[1]
-        );
-    }
-    out + "</svg>\n"
-}
-
-/// Turns by 30° about the vertical and then by 20° towards the viewer, who looks along −z.
-fn turn([x, y, z]: [f64; 3]) -> [f64; 3] {
-    let ((s, c), (t, d)) = (30f64.to_radians().sin_cos(), 20f64.to_radians().sin_cos());
-    let (x, z) = (c * x + s * z, c * z - s * x);
-    [x, d * y - t * z, t * y + d * z]
-}
-
-/// The middle of the picture and half its side.
-fn extent(points: &[[f64; 3]]) -> ([f64; 2], f64) {
-    let along = |axis: usize| {
-        let values = points.iter().map(|point| point[axis]);
-        let (low, high) = values.fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(v), high.max(v)));
-        ((low + high) / 2.0, (high - low) / 2.0)
-    };
-    let ((x, width), (y, height)) = (along(0), along(1));
-    ([x, y], width.max(height))
-}
-
-fn patch(corners: [[f64; 3]; 3], scale: f64) -> Patch {
-    let [a, b, c] = corners.map(|[x, y, z]| [x, y, z * scale]);
-    let [u, v] = [b, c].map(|p| [p[0] - a[0], p[1] - a[1], p[2] - a[2]]);
-    let normal = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
-    let length = normal.iter().map(|n| n * n).sum::<f64>().sqrt();
-    // Light from the upper left front. A mesh need not be oriented: both sides are lit.
-    let along = (0.4 * normal[0] + 0.5 * normal[1] - 0.77 * normal[2]).abs();
-    let light = if length > 0.0 { along / length } else { 0.5 };
-    Patch { depth: corners.iter().map(|corner| corner[2] / 3.0).sum(), light, corners }
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 160 160\" fill=\"#8a929c\">\
+         <path d=\"M80 36 116 98H44Z M80 76V36M80 76 116 98M80 76 44 98\" fill=\"none\" \
+         stroke=\"#8a929c\" stroke-width=\"2\" stroke-linejoin=\"round\"/>\
+         <text x=\"80\" y=\"126\" font-family=\"system-ui,sans-serif\" font-size=\"13\" \
+         text-anchor=\"middle\">{word}</text></svg>\n"
+    )
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use tercet::shapes;
+    use tercet::{EncodeOptions, encode, shapes};
 
-    #[test]
-    fn every_face_is_drawn_within_the_picture() {
-        let text = svg(&shapes::torus(12, 8));
-        assert_eq!(text.matches("<path").count(), 12 * 8 * 2);
-        let numbers = text.split(['M', 'L', ' ', 'z', '"']).filter_map(|word| word.parse::<f64>().ok());
-        let (low, high) = numbers.fold((0f64, 0f64), |(low, high), n| (low.min(n), high.max(n)));
-        assert!((-100.0..-90.0).contains(&low) && (90.0..=200.0).contains(&high), "{low} {high}");
+    fn file(mesh: &Mesh) -> Vec<u8> {
+        encode(mesh, &EncodeOptions::default()).unwrap().bytes
     }
 
     #[test]
-    fn meshes_without_extent_and_of_huge_extent_give_finite_numbers() {
-        for size in [0.0, f32::MIN_POSITIVE, f32::MAX] {
-            let mesh =
-                Mesh { positions: vec![[size; 3], [-size; 3], [size, 0.0, 0.0]], faces: vec![[0, 1, 2]] };
-            let text = svg(&mesh);
-            assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
-        }
+    fn a_level_that_is_fine_enough_is_drawn_and_no_finer_one() {
+        let mesh = shapes::scan(15_000, 1);
+        let drawn = coarse(&file(&mesh)).unwrap();
+        assert!((1000..=MOST_FACES as usize).contains(&drawn.faces.len()), "{}", drawn.faces.len());
+        assert!(draw(&drawn).unwrap().starts_with(b"\x89PNG"));
+    }
+
+    #[test]
+    fn a_base_is_drawn_whatever_its_size() {
+        // Triangles that do not touch: nothing can be removed from them.
+        let positions = (0..3 * 21_000u32).map(|v| [(v % 251) as f32, (v / 251) as f32, (v % 3) as f32]);
+        let positions: Vec<_> = positions.collect();
+        let faces: Vec<_> = (0..21_000).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect();
+        let drawn = coarse(&file(&Mesh { positions, faces })).unwrap();
+        assert!(drawn.faces.len() > MOST_FACES as usize);
+    }
+
+    #[test]
+    fn damage_behind_a_level_leaves_its_picture() {
+        let mut bytes = file(&shapes::scan(500, 1));
+        let last = bytes.len() - 40;
+        bytes[last] ^= 1;
+        assert!(coarse(&bytes).is_ok());
+        assert!(matches!(coarse(b"not a mesh"), Err(Failure::Mesh(_))));
+        assert_eq!(coarse(&bytes[..9]), Err(Failure::NotFound));
+        assert_eq!(draw(&Mesh::default()), Err(Failure::NotFound));
     }
 }

@@ -1,6 +1,6 @@
 //! Meshes of other formats.
 
-use crate::site::{Site, ply};
+use crate::site::{CACHE_SIZE, Site, ply};
 use tercet::verify::{Sameness, compare};
 use tercet::{Limits, decode, shapes};
 
@@ -40,5 +40,34 @@ async fn a_mesh_that_cannot_be_read_is_the_clients_to_know_and_is_tried_once() {
     // Neither a mesh itself nor anything else is sent.
     for name in ["/bad.obj", "/none.obj.tct", "/bad.tct", "/.tct", "/bad.txt.tct"] {
         assert_eq!(site.get(name).await.status, 404, "{name}");
+    }
+}
+
+#[tokio::test]
+async fn what_was_removed_from_the_cache_is_encoded_again() {
+    let site = Site::new("encode-removed").await;
+    site.write("torus.ply", ply(&shapes::torus(8, 6)));
+    let first = site.get("/torus.ply.tct").await.body;
+    let cached = site.cached();
+    // Another version of the program may read another format from the same folder.
+    let version = format!("-v{}.tct", tercet::FORMAT_VERSION);
+    assert!(cached[0].to_str().unwrap().ends_with(&version), "{cached:?}");
+    cached.iter().for_each(|file| std::fs::remove_file(file).unwrap());
+    let again = site.get("/torus.ply.tct").await;
+    assert_eq!((again.status, again.body), (200, first));
+}
+
+#[tokio::test]
+async fn the_cache_keeps_below_its_size_and_everything_is_served_all_the_same() {
+    let site = Site::new("encode-size").await;
+    let mut sent = 0;
+    for seed in 0..6 {
+        site.write(&format!("{seed}.ply"), ply(&shapes::scan(1500, seed)));
+        sent += site.get(&format!("/{seed}.ply.tct")).await.body.len() as u64;
+    }
+    let kept: u64 = site.cached().iter().map(|file| file.metadata().unwrap().len()).sum();
+    assert!(sent > CACHE_SIZE && kept > CACHE_SIZE / 2 && kept <= CACHE_SIZE, "{sent} sent, {kept} kept");
+    for seed in 0..6 {
+        assert_eq!(site.get(&format!("/{seed}.ply.tct")).await.status, 200);
     }
 }

@@ -5,7 +5,7 @@ use object_store::memory::InMemory;
 use object_store::{ObjectStore, ObjectStoreExt};
 use serde_json::Value;
 use std::sync::Arc;
-use tercet::shapes;
+use tercet::{Mesh, shapes};
 
 #[tokio::test]
 async fn a_folder_is_a_page_and_a_list() {
@@ -18,12 +18,14 @@ async fn a_folder_is_a_page_and_a_list() {
     assert!(page.field("content-type").starts_with("text/html"));
     assert!(page.field("content-security-policy").starts_with("default-src 'none'"));
     let text = page.text();
-    assert!(text.contains("&lt;b&gt;&amp;&quot;torus.tct") && !text.contains("<b>&\""), "{text}");
+    assert!(text.contains("title=\"&lt;b&gt;&amp;&quot;torus.tct\"") && !text.contains("<b>&\""), "{text}");
     assert!(text.contains("href=\"/more/\"") && !text.contains("notes"), "{text}");
     for outside in ["http:", "https:", "url("] {
         assert!(!text.contains(outside), "{outside} in {text}");
     }
-    assert!(site.get("/more/").await.text().contains("ä b.ply.tct"));
+    assert!(site.get("/more/").await.text().contains("title=\"ä b.ply\""));
+    let moved = site.get("/more").await;
+    assert_eq!((moved.status, moved.field("location")), (307, "/more/"));
 
     let list: Value = serde_json::from_str(site.get("/index.json").await.text()).unwrap();
     assert_eq!(list["folders"], serde_json::json!(["more/"]));
@@ -31,13 +33,40 @@ async fn a_folder_is_a_page_and_a_list() {
     assert_eq!((&file["name"], &file["encoded"]), (&"<b>&\"torus.tct".into(), &true.into()));
     assert_eq!(site.get(file["url"].as_str().unwrap()).await.status, 200);
     let picture = site.get(file["thumbnail"].as_str().unwrap()).await;
-    assert_eq!(picture.field("content-type"), "image/svg+xml");
-    assert!(picture.text().starts_with("<svg ") && picture.text().contains("<path"));
+    assert_eq!(picture.field("content-type"), "image/png");
+    assert!(picture.body.starts_with(b"\x89PNG"));
 
     let list: Value = serde_json::from_str(site.get("/more/index.json").await.text()).unwrap();
     let file = &list["files"][0];
     assert_eq!((&file["name"], &file["encoded"]), (&"ä b.ply.tct".into(), &false.into()));
     assert_eq!(site.get(file["url"].as_str().unwrap()).await.status, 200);
+    assert_eq!(site.get("/nothing/").await.status, 404);
+}
+
+#[tokio::test]
+async fn where_there_is_no_picture_a_picture_says_so() {
+    let site = Site::new("pictures").await;
+    site.write("bad.tct", "not a mesh");
+    site.write("bad.obj", "v 1 2 three\n");
+    site.write("none.tct", tct(&Mesh::default()));
+    for (name, status, word) in [
+        ("bad.tct", 422, "cannot be read"),
+        ("bad.obj.tct", 422, "cannot be read"),
+        ("none.tct", 404, "no picture"),
+    ] {
+        let picture = site.get(&format!("/thumbnail/{name}")).await;
+        assert_eq!((picture.status, picture.field("content-type")), (status, "image/svg+xml"), "{name}");
+        assert!(picture.text().contains(word), "{}", picture.text());
+    }
+}
+
+#[tokio::test]
+async fn an_empty_directory_is_an_empty_page() {
+    let site = Site::new("empty").await;
+    std::fs::create_dir(site.path("nothing yet")).unwrap();
+    assert!(site.get("/").await.text().contains("href=\"/nothing%20yet/\""));
+    let page = site.get("/nothing%20yet/").await;
+    assert!(page.status == 200 && page.text().contains("There is no mesh in this folder"));
     assert_eq!(site.get("/nothing/").await.status, 404);
 }
 

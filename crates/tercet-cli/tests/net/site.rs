@@ -29,6 +29,9 @@ pub struct Answer {
     pub body: Vec<u8>,
 }
 
+/// Bytes that encoded meshes may take up.
+pub const CACHE_SIZE: u64 = 40_000;
+
 pub fn patience() -> Patience {
     Patience {
         connections: 200,
@@ -61,8 +64,14 @@ impl Site {
         let effort = Effort { jobs: 2, limits: Limits::default(), patience: Duration::from_secs(60) };
         let sessions = Sessions { max_message: 1024, idle: Duration::from_secs(2) };
         let cache = folder.join("cache");
-        let options =
-            Options { base: String::new(), cache, encode: EncodeOptions::default(), effort, sessions };
+        let options = Options {
+            base: String::new(),
+            cache,
+            cache_size: CACHE_SIZE,
+            encode: EncodeOptions::default(),
+            effort,
+            sessions,
+        };
         let service = server::service(store, options).unwrap();
         let listener = Listener::bind("127.0.0.1:0".parse().unwrap(), patience).await.unwrap();
         let address = listener.address().unwrap();
@@ -84,10 +93,10 @@ impl Site {
         std::fs::write(path, bytes).unwrap();
     }
 
-    /// Names of the files that the cache holds.
-    pub fn cached(&self) -> Vec<String> {
+    /// The files that the cache holds.
+    pub fn cached(&self) -> Vec<PathBuf> {
         let files = std::fs::read_dir(self.folder.join("cache")).unwrap();
-        files.map(|file| file.unwrap().file_name().into_string().unwrap()).collect()
+        files.map(|file| file.unwrap().path()).collect()
     }
 
     pub async fn get(&self, target: &str) -> Answer {
