@@ -11,3 +11,4 @@ mod load;
 mod plain;
 mod session;
 mod site;
+mod webtransport;
