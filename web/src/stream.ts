@@ -2,7 +2,7 @@ import { TercetDecoder, type DecoderOptions } from "./decoder.js";
 import { TercetError } from "./errors.js";
 import type { Level, TercetInfo } from "./level.js";
 import { Pace } from "./pace.js";
-import { fetchRange, type Range } from "./range.js";
+import { fetchRange, type Range, type RangeResponse } from "./range.js";
 
 /** How far to go; the whole file where nothing is said. */
 export interface Goal {
@@ -33,6 +33,11 @@ export interface OpenOptions extends DecoderOptions {
   patience?: number;
   /** Takes no more than this from the connection, to see how a slow one feels. Default: everything. */
   bytesPerSecond?: number;
+  /**
+   * Whether to try datagrams on WebTransport first, which a server may offer for links that lose packets.
+   * Where there are none, or they break, the rest comes by HTTP. Default: not.
+   */
+  datagrams?: boolean;
   /** What to send with each request: credentials, headers. */
   request?: RequestInit;
   /** Hears of every arrival; `total` is known once the server or the file has told it. */
@@ -64,6 +69,8 @@ export class TercetStream implements AsyncIterable<Level> {
   /** Size of the file, once known. */
   total: number | undefined;
   readonly pace: Pace;
+  /** How bytes come at present. */
+  transport: "http" | "datagrams" = "http";
   private readonly decoder: TercetDecoder;
   private readonly levels: Level[] = [];
   private readonly aborter = new AbortController();
@@ -74,11 +81,14 @@ export class TercetStream implements AsyncIterable<Level> {
   private decoded: Promise<void> = Promise.resolve();
   private damage: TercetError | undefined;
   private refetch = false;
+  /** Whether datagrams are still to be tried. */
+  private datagrams: boolean;
   private wake: () => void = () => {};
   private ended = false;
 
   constructor(private readonly url: string | URL, private readonly options: OpenOptions = {}) {
     this.pace = new Pace(options.bytesPerSecond);
+    this.datagrams = options.datagrams ?? false;
     this.decoder = new TercetDecoder({ ...options, onLevel: (level) => this.hear(level) });
     if (options.signal?.aborted) this.aborter.abort(options.signal.reason);
     options.signal?.addEventListener("abort", () => this.abort(options.signal?.reason), { once: true });
@@ -183,12 +193,7 @@ export class TercetStream implements AsyncIterable<Level> {
   private async request(): Promise<void> {
     this.cut = new AbortController();
     const range = this.wanted();
-    const response = await fetchRange(this.url, range, {
-      signal: this.cut.signal,
-      init: { ...this.options.request, ...(this.refetch ? { cache: "reload" as const } : {}) },
-      patience: this.options.patience ?? 20_000,
-      paused: () => this.pace.paused,
-    });
+    const response = await this.open(range);
     this.check(response.tag);
     this.total = response.total ?? this.total;
     for await (const bytes of response.bytes) {
@@ -207,6 +212,30 @@ export class TercetStream implements AsyncIterable<Level> {
     if (this.received < Math.min(range.to ?? Infinity, last ?? 0)) {
       throw new TercetError("network", `the connection ended at byte ${this.received}`);
     }
+  }
+
+  /** A file's beginning may come by datagrams; whatever is missing after that is a range. */
+  private async open(range: Range): Promise<RangeResponse> {
+    const options = {
+      signal: this.cut.signal,
+      patience: this.options.patience ?? 20_000,
+      paused: () => this.pace.paused,
+    };
+    if (this.datagrams) {
+      this.datagrams = false;
+      try {
+        const { openSession } = await import("./webtransport.js");
+        const response = await openSession(this.url, options);
+        this.transport = "datagrams";
+        return response;
+      } catch (error) {
+        this.aborter.signal.throwIfAborted();
+        this.options.onMishap?.({ kind: "connection", at: 0, message: String(error) });
+      }
+    }
+    this.transport = "http";
+    const init = { ...this.options.request, ...(this.refetch ? { cache: "reload" as const } : {}) };
+    return fetchRange(this.url, range, { ...options, init });
   }
 
   private push(bytes: Uint8Array): void {

@@ -133,10 +133,11 @@ setTheme(scheme.matches);
 decoderModule().catch((error: unknown) => viewer.fail(error));
 defaultPool().preload();
 
-const address = new URLSearchParams(location.search).get("src");
+const query = new URLSearchParams(location.search);
+const address = query.get("src");
 if (address) {
   try {
-    viewer.open(fromAddress(address));
+    viewer.open(fromAddress(address, query.has("datagrams")));
   } catch (error) {
     viewer.fail(error);
   }

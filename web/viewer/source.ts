@@ -9,14 +9,16 @@ export interface Source {
   url: string;
   /** What is to be said of it. */
   notes: string[];
+  /** Whether datagrams are to be tried. */
+  datagrams?: boolean;
 }
 
-/** The file behind `?src=`. */
-export function fromAddress(address: string): Source {
+/** The file behind `?src=`; by datagrams, where they are to be had, with `&datagrams`. */
+export function fromAddress(address: string, datagrams = false): Source {
   const url = new URL(address, location.href);
   if (!/^(https?|blob):$/.test(url.protocol)) throw new Error(`not an address of a file: ${address}`);
   const name = decodeURIComponent(url.pathname.split("/").at(-1) ?? "") || url.host;
-  return { name, url: url.href, notes: [] };
+  return { name, url: url.href, notes: [], datagrams };
 }
 
 /** Whether the file is a mesh that has to be encoded first. */

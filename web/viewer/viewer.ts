@@ -41,6 +41,7 @@ export class Viewer {
       predictions: true,
       normals: true,
       digest: true,
+      datagrams: source.datagrams ?? false,
       ...(this.rate === undefined ? {} : { bytesPerSecond: this.rate }),
       onInfo: (info) => {
         model.info = info;
@@ -147,6 +148,7 @@ export class Viewer {
 
   private finish(): void {
     if (this.model?.digest) document.body.dataset["digest"] = this.model.digest;
+    if (this.stream) document.body.dataset["transport"] = this.stream.transport;
     this.setState("done");
   }
 
