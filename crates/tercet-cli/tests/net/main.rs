@@ -8,6 +8,7 @@ mod fetch;
 mod folder;
 mod link;
 mod load;
+mod namespaces;
 mod plain;
 mod session;
 mod site;
