@@ -2,7 +2,7 @@
 
 use super::fields::{Fields, malformed};
 use super::section::{self, Entry, LevelEntry, LevelKind, Part, Section, Supplement};
-use super::{unsupported, varint};
+use super::{piece, unsupported, varint};
 use crate::mesh::Precision;
 use crate::{Effort, Error, Limits, Result};
 
@@ -142,7 +142,8 @@ fn read_table(fields: &mut Fields, outline: &mut Outline, mut offset: u64) -> Re
                 Part::Supplement(supplement)
             }
         };
-        let section = Section { part, offset, length, crc };
+        let payload = piece::check_length(length, || part.to_string())?;
+        let section = Section { part, offset, length, payload, crc };
         offset = section.end();
         sections.push(section);
     }

@@ -7,6 +7,7 @@
 mod checksum;
 mod fields;
 mod header;
+mod piece;
 mod precision;
 mod reader;
 mod section;
@@ -19,6 +20,7 @@ mod tests;
 #[cfg(feature = "transport")]
 pub(crate) use checksum::checksum;
 pub(crate) use header::{Header, Outline};
+
 pub(crate) use reader::Reader;
 pub(crate) use section::{LevelEntry, LevelKind, Part, Section, Supplement, UpdateRule, round_error_up};
 pub(crate) use writer::write;
@@ -28,7 +30,7 @@ use crate::Error;
 /// The first bytes of a file. The first has its high bit set, so that no text begins like this.
 const MAGIC: [u8; 4] = [0x8A, b'T', b'C', b'T'];
 /// The version of the format that this build writes and reads.
-pub(crate) const VERSION: u8 = 5;
+pub(crate) const VERSION: u8 = 6;
 /// Most bytes that a header may take: thousands of sections, yet nothing to hold in memory.
 const MAX_HEADER: u64 = 1 << 16;
 /// Bytes of the CRC-32 after the header.

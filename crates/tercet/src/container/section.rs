@@ -91,7 +91,9 @@ pub(crate) struct Section {
     pub(crate) offset: u64,
     /// Bytes.
     pub(crate) length: u32,
-    /// CRC-32 of the bytes.
+    /// Bytes without the checks between them.
+    pub(crate) payload: u32,
+    /// CRC-32 of the payload.
     pub(crate) crc: u32,
 }
 

@@ -1,6 +1,7 @@
 //! Assembling a file.
 
 use super::checksum::checksum;
+use super::piece::{self, stored_length};
 use super::{CRC_BYTES, MAGIC, MAX_HEADER, Outline, VERSION, varint};
 use crate::{Error, Result};
 
@@ -20,8 +21,9 @@ pub(crate) fn write(outline: &Outline, payloads: &[Vec<u8>]) -> Result<Vec<u8>> 
     outline.check()?;
     let mut extents = Vec::with_capacity(payloads.len());
     for payload in payloads {
-        let length = u32::try_from(payload.len())
-            .map_err(|_| too_large("bytes of a section", payload.len(), u32::MAX.into()))?;
+        let length = stored_length(payload.len());
+        let length =
+            u32::try_from(length).map_err(|_| too_large("bytes of a section", length, u32::MAX.into()))?;
         extents.push((length, checksum(payload)));
     }
     let header = outline.write(&extents);
@@ -29,7 +31,7 @@ pub(crate) fn write(outline: &Outline, payloads: &[Vec<u8>]) -> Result<Vec<u8>> 
         return Err(too_large("bytes of the header", header.len(), MAX_HEADER));
     }
 
-    let total: usize = payloads.iter().map(Vec::len).sum();
+    let total: usize = payloads.iter().map(|payload| stored_length(payload.len())).sum();
     let mut out = Vec::with_capacity(MAGIC.len() + 1 + 5 + header.len() + CRC_BYTES + total);
     out.extend(MAGIC);
     out.push(VERSION);
@@ -37,7 +39,7 @@ pub(crate) fn write(outline: &Outline, payloads: &[Vec<u8>]) -> Result<Vec<u8>> 
     out.extend(header);
     out.extend(checksum(&out).to_le_bytes());
     for payload in payloads {
-        out.extend_from_slice(payload);
+        piece::write(payload, &mut out);
     }
     Ok(out)
 }
