@@ -4,6 +4,6 @@ export type { Level, LevelInfo, TercetInfo } from "./level.js";
 export { vertexNormals } from "./level.js";
 export { Instance, type DecodeOptions } from "./instance.js";
 export { TercetDecoder, defaultPool, type DecoderOptions } from "./decoder.js";
-export { TercetStream, openUrl, type Goal, type Mishap, type OpenOptions } from "./stream.js";
+export { TercetStream, openUrl, type Goal, type Mishap, type OpenOptions, type Protocol } from "./stream.js";
 export { WorkerPool } from "./pool.js";
 export { compile, decoderModule, type ModuleSource } from "./module.js";

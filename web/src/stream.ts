@@ -2,7 +2,7 @@ import { TercetDecoder, type DecoderOptions } from "./decoder.js";
 import { TercetError } from "./errors.js";
 import type { Level, TercetInfo } from "./level.js";
 import { Pace } from "./pace.js";
-import { fetchRange, type Range } from "./range.js";
+import { fetchRange, type Range, type RangeResponse } from "./range.js";
 import { fetchSession } from "./ws.js";
 
 /** How far to go; the whole file where nothing is said. */
@@ -24,14 +24,18 @@ export interface Mishap {
   message: string;
 }
 
+/**
+ * Ways to a file. `ws` is the command protocol of `tercet serve`, `wt` its datagrams on WebTransport, for links
+ * that lose packets. Neither can carry headers. Where there are no datagrams, or they break, the rest comes by
+ * the command protocol; where that is not offered, by `http`.
+ */
+export type Protocol = "http" | "ws" | "wt";
+
 /** How to download a file, and whom to tell. */
 export interface OpenOptions extends DecoderOptions {
   until?: Goal;
-  /**
-   * How to ask for it: `ws` is the command protocol of `tercet serve`, where the server offers it; it
-   * cannot carry `request`. Default: `http`, which every server offers.
-   */
-  protocol?: "http" | "ws";
+  /** How to ask for it. Default: `http`, which every server offers. */
+  protocol?: Protocol;
   signal?: AbortSignal;
   /** Requests without a further byte, or sections damaged in a row, before giving up. Default: 6. */
   attempts?: number;
@@ -70,6 +74,8 @@ export class TercetStream implements AsyncIterable<Level> {
   /** Size of the file, once known. */
   total: number | undefined;
   readonly pace: Pace;
+  /** How bytes come at present. */
+  protocol: Protocol;
   private readonly decoder: TercetDecoder;
   private readonly levels: Level[] = [];
   private readonly aborter = new AbortController();
@@ -85,6 +91,7 @@ export class TercetStream implements AsyncIterable<Level> {
 
   constructor(private readonly url: string | URL, private readonly options: OpenOptions = {}) {
     this.pace = new Pace(options.bytesPerSecond);
+    this.protocol = options.protocol ?? "http";
     this.decoder = new TercetDecoder({ ...options, onLevel: (level) => this.hear(level) });
     if (options.signal?.aborted) this.aborter.abort(options.signal.reason);
     options.signal?.addEventListener("abort", () => this.abort(options.signal?.reason), { once: true });
@@ -177,9 +184,9 @@ export class TercetStream implements AsyncIterable<Level> {
 
   /** The bytes to ask for next. */
   private wanted(): Range {
-    const { until, protocol } = this.options;
-    // The server knows where a level ends.
-    if (protocol === "ws") return { from: this.received, to: undefined };
+    const { until } = this.options;
+    // The server knows where a level ends; datagrams come of all.
+    if (this.protocol !== "http") return { from: this.received, to: undefined };
     if (this.info) {
       const to = end(this.info, until);
       return { from: this.received, to: to < this.info.bytes ? to : undefined };
@@ -190,17 +197,9 @@ export class TercetStream implements AsyncIterable<Level> {
   /** Asks for what is missing and hands on what comes. */
   private async request(): Promise<void> {
     this.cut = new AbortController();
+    const session = await this.datagrams();
     const range = this.wanted();
-    const { protocol, until } = this.options;
-    const options = {
-      signal: this.cut.signal,
-      init: { ...this.options.request, ...(this.refetch ? { cache: "reload" as const } : {}) },
-      patience: this.options.patience ?? 20_000,
-      paused: () => this.pace.paused,
-    };
-    const response = protocol === "ws"
-      ? await fetchSession(this.url, range, { ...options, until, tag: this.tag })
-      : await fetchRange(this.url, range, options);
+    const response = session ?? await this.open(range);
     this.check(response.tag);
     this.total = response.total ?? this.total;
     for await (const bytes of response.bytes) {
@@ -210,7 +209,7 @@ export class TercetStream implements AsyncIterable<Level> {
         this.push(portion);
       }
       // By a session more may come than is wanted, which the header tells.
-      if (until && !this.info) await this.decoded;
+      if (this.options.until && !this.info) await this.decoded;
       if (bytes.length >= room || this.reached()) break;
     }
     this.cut.abort();
@@ -221,6 +220,39 @@ export class TercetStream implements AsyncIterable<Level> {
     if (!this.reached() && this.received < Math.min(range.to ?? Infinity, last ?? 0)) {
       throw new TercetError("network", `the connection ended at byte ${this.received}`);
     }
+  }
+
+  private connection() {
+    return {
+      signal: this.cut.signal,
+      patience: this.options.patience ?? 20_000,
+      paused: () => this.pace.paused,
+    };
+  }
+
+  /** A file from its beginning by datagrams, if that is asked for and can be. They do not go on from the middle. */
+  private async datagrams(): Promise<RangeResponse | undefined> {
+    if (this.protocol !== "wt") return undefined;
+    if (this.received === 0) {
+      try {
+        const { openSession } = await import("./webtransport.js");
+        return await openSession(this.url, this.connection());
+      } catch (error) {
+        this.aborter.signal.throwIfAborted();
+        this.options.onMishap?.({ kind: "connection", at: 0, message: String(error) });
+      }
+    }
+    this.protocol = this.options.request ? "http" : "ws";
+    return undefined;
+  }
+
+  private open(range: Range): Promise<RangeResponse> {
+    const { until, request } = this.options;
+    const init = { ...request, ...(this.refetch ? { cache: "reload" as const } : {}) };
+    const options = { ...this.connection(), init };
+    return this.protocol === "ws"
+      ? fetchSession(this.url, range, { ...options, until, tag: this.tag })
+      : fetchRange(this.url, range, options);
   }
 
   private push(bytes: Uint8Array): void {

@@ -13,11 +13,11 @@ export interface Running {
   close(): Promise<void>;
 }
 
-/** Starts `tercet serve` on a folder with these files. */
-export async function serve(files: Record<string, Uint8Array>): Promise<Running> {
+/** Starts `tercet serve` on a folder with these files; `more` are further words of its command line. */
+export async function serve(files: Record<string, Uint8Array>, more: string[] = []): Promise<Running> {
   const folder = mkdtempSync(join(tmpdir(), "tercet-"));
   for (const [name, bytes] of Object.entries(files)) writeFileSync(join(folder, name), bytes);
-  const words = ["serve", folder, "--addr", "127.0.0.1:0", "--cache", join(folder, "cache"), "--quiet"];
+  const words = ["serve", folder, "--addr", "127.0.0.1:0", "--cache", join(folder, "cache"), "--quiet", ...more];
   const process = spawn(setting("TERCET_COMMAND"), words, { stdio: ["ignore", "pipe", "inherit"] });
   const ended = new Promise<void>((resolve) => process.once("exit", () => resolve()));
   const address = await new Promise<string>((resolve, reject) => {
@@ -61,4 +61,11 @@ export async function breaking(address: string, begins: string, cuts: number[]):
     await new Promise((resolve) => passing.close(resolve));
   };
   return { address: `http://127.0.0.1:${(passing.address() as AddressInfo).port}`, close };
+}
+
+/** Requests for files by plain HTTP that a server has answered so far. */
+export async function requestsForFiles(address: string): Promise<number> {
+  const text = await (await fetch(`${address}/metrics`)).text();
+  const lines = text.split("\n").filter((line) => line.includes('route="/{*name}"'));
+  return lines.reduce((sum, line) => sum + Number(line.split(" ").at(-1)), 0);
 }

@@ -1,5 +1,6 @@
 /** Where a mesh comes from: an address, or a file of the visitor's. */
 import { MESH_FORMATS, type Encoded, type MeshFormat } from "tercet/encoder";
+import type { Protocol } from "tercet";
 import { revived, type PlainError } from "./plain";
 
 /** A mesh that can be asked for any number of times. */
@@ -9,14 +10,14 @@ export interface Source {
   url: string;
   /** What is to be said of it. */
   notes: string[];
-  protocol?: "http" | "ws";
+  protocol?: Protocol;
 }
 
-/** The file behind `?src=`, asked for by `&protocol=ws` if that is there. */
+/** The file behind `?src=`, asked for by `&protocol=`, if that is there. */
 export function fromAddress(address: string, protocol: string | null): Source {
   const url = new URL(address, location.href);
   if (!/^(https?|blob):$/.test(url.protocol)) throw new Error(`not an address of a file: ${address}`);
-  return { name: nameOf(url), url: url.href, notes: [], protocol: protocol === "ws" ? "ws" : "http" };
+  return { name: nameOf(url), url: url.href, notes: [], protocol: protocol === "wt" || protocol === "ws" ? protocol : "http" };
 }
 
 /** The file's name; of a mesh that its server encodes, the mesh's own. */

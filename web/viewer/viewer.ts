@@ -183,6 +183,7 @@ export class Viewer {
 
   private finish(): void {
     if (this.model?.digest) document.body.dataset["digest"] = this.model.digest;
+    if (this.stream) document.body.dataset["protocol"] = this.stream.protocol;
     this.setState("done");
   }
 

@@ -2,7 +2,7 @@
 //! others may mount in a server of their own.
 //!
 //! The features `serve`, `s3` and `fetch`, all on by default, each bring the commands that need a
-//! network and what those depend on. Without them the program encodes and decodes.
+//! network and what those depend on; `webtransport`, on too, lets those that are there speak over QUIC. Without them the program encodes and decodes.
 
 mod args;
 mod channel;
@@ -19,6 +19,8 @@ mod picture;
 mod plot;
 #[cfg(any(feature = "serve", feature = "fetch"))]
 mod protocol;
+#[cfg(feature = "webtransport")]
+mod quic;
 mod report;
 #[cfg(feature = "serve")]
 pub mod server;

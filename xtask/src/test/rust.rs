@@ -1,7 +1,7 @@
 //! The stages that are one command of the Rust toolchain.
 
 use super::{Outcome, Setting};
-use crate::process::{available, capture, command, promised_version, root, run, succeeds};
+use crate::process::{available, capture, command, debian_packages, promised_version, root, run, succeeds};
 use anyhow::{Context, Result, bail};
 use std::io::{BufRead, BufReader};
 use std::process::Stdio;
@@ -84,6 +84,10 @@ fn shell_lines(markdown: &str) -> impl Iterator<Item = &str> {
 
 /// `cargo test`, its output passed on, and its counts added up over all test programs.
 pub fn tests(_: &Setting) -> Result<Outcome> {
+    // For the test between network namespaces, which says so where it cannot be tried.
+    if let Err(why) = debian_packages(&["iproute2", "nftables"]) {
+        println!("{why:#}");
+    }
     let mut cargo = command("cargo", &["test", "--workspace", "--locked"]);
     match std::env::var("TERCET_CORPUS") {
         Ok(folder) => println!("real meshes: {folder}"),

@@ -54,6 +54,7 @@ pub fn browser(setting: &Setting) -> Result<Outcome> {
     let mut tests = tests(&web, "test/out/browser", &fixtures(setting)?);
     tests.env("TERCET_VIEWER", &viewer).env("TERCET_SCREENSHOTS", &pictures);
     tests.env("TERCET_CHROMIUM", chromium.unwrap_or("chromium"));
+    // The server that the page is tried with; how fast it is does not matter.
     run(command("cargo", &["build", "--quiet", "--locked", "--package=tercet-cli"]))?;
     tests.env("TERCET_COMMAND", setting.target.join("debug/tercet"));
     run(tests)?;

@@ -1,4 +1,4 @@
-//! The WebAssembly modules: the decoder, and the encoder with the mesh readers.
+//! The WebAssembly modules: the decoder, the encoder with the mesh readers, and the receiver of datagrams.
 
 use super::Node;
 use crate::foreign::{ForeignCargo, cargo_for};
@@ -19,29 +19,31 @@ const INLINING: &str = "-Cllvm-args=-inline-threshold=20";
 /// and the module would hold the paths of the machine that it was built on.
 const WITHOUT_WORDS: [&str; 2] = ["-Zlocation-detail=none", "-Zfmt-debug=none"];
 
-/// The two modules, as they are shipped.
+/// The modules, as they are shipped.
 pub struct Modules {
     pub decoder: Vec<u8>,
     pub encoder: Vec<u8>,
+    pub receiver: Vec<u8>,
     /// What made them.
     pub compiler: String,
 }
 
 impl Modules {
-    /// Builds both. `target` is where cargo builds.
+    /// Builds all. `target` is where cargo builds.
     pub fn build(node: &Node, target: &Path) -> Result<Modules> {
-        let (decoder, compiler) = module(node, target, &[])?;
-        let (encoder, _) = module(node, target, &["--features=encoder"])?;
-        Ok(Modules { decoder, encoder, compiler })
+        let (decoder, compiler) = module(node, target, "tercet-wasm", &[])?;
+        let (encoder, _) = module(node, target, "tercet-wasm", &["--features=encoder"])?;
+        let (receiver, _) = module(node, target, "tercet-receiver-wasm", &[])?;
+        Ok(Modules { decoder, encoder, receiver, compiler })
     }
 
     /// Their names in the package.
-    pub fn files(&self) -> [(&'static str, &[u8]); 2] {
-        [("decoder.wasm", &self.decoder), ("encoder.wasm", &self.encoder)]
+    pub fn files(&self) -> [(&'static str, &[u8]); 3] {
+        [("decoder.wasm", &self.decoder), ("encoder.wasm", &self.encoder), ("receiver.wasm", &self.receiver)]
     }
 }
 
-fn module(node: &Node, target: &Path, features: &[&str]) -> Result<(Vec<u8>, String)> {
+fn module(node: &Node, target: &Path, package: &str, features: &[&str]) -> Result<(Vec<u8>, String)> {
     let folder = target.join("web");
     let ForeignCargo { mut cargo, mut toolchain, builds_std } = cargo_for(TARGET, &["lld-19"])?;
     let mut flags = vec![FEATURES, INLINING];
@@ -53,14 +55,13 @@ fn module(node: &Node, target: &Path, features: &[&str]) -> Result<(Vec<u8>, Str
     } else {
         toolchain = capture(command("rustc", &["--version"]))?.trim().to_owned();
     }
-    let build =
-        ["build", "--quiet", "--locked", "--profile=web", "--package=tercet-wasm", "--target", TARGET];
+    let build = ["build", "--quiet", "--locked", "--profile=web", "--package", package, "--target", TARGET];
     cargo.args(build).args(features);
     cargo.env_remove("RUSTFLAGS").env_remove("CARGO_ENCODED_RUSTFLAGS");
     cargo.env("CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS", flags.join(" "));
     cargo.env("CARGO_TARGET_DIR", &folder);
     run(cargo)?;
-    let linked = folder.join(TARGET).join("web/tercet_wasm.wasm");
+    let linked = folder.join(TARGET).join("web").join(package.replace('-', "_")).with_extension("wasm");
     Ok((optimised(node, &linked)?, toolchain))
 }
 

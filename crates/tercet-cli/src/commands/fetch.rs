@@ -4,13 +4,12 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
-use clap::ValueEnum;
 use tercet::Limits;
 use tercet::io::Format;
 
 use crate::args::{self, Goal};
 use crate::console::Console;
-use crate::fetch::{Announcer, Fetched, Part, Retries, Source, Transfer, Wanted};
+use crate::fetch::{Announcer, Fetched, Part, Protocol, Retries, Source, Transfer, Wanted};
 use crate::{Outcome, files};
 
 /// Get a file from a server, level by level.
@@ -27,7 +26,7 @@ pub struct FetchArgs {
     pub output: Option<PathBuf>,
     #[command(flatten)]
     pub goal: Goal,
-    /// How to ask for it: ws is the command protocol of tercet serve.
+    /// How to ask for it: ws and wt are what tercet serve adds; auto takes the best that is offered.
     #[arg(long, value_name = "PROTOCOL", default_value = "http")]
     pub protocol: Protocol,
     /// Seconds that the server may say nothing.
@@ -44,15 +43,6 @@ pub struct FetchArgs {
     pub format: Option<Format>,
 }
 
-/// How to ask for a file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Protocol {
-    /// Ranges of a file.
-    Http,
-    /// Commands on a WebSocket.
-    Ws,
-}
-
 /// What is written.
 enum Kind {
     Mesh(Format),
@@ -64,7 +54,7 @@ pub fn fetch(args: &FetchArgs, limits: &Limits, console: &Console) -> Result<Out
     let output = output(args)?;
     let is_tct = args.format.is_none() && output.extension().is_some_and(|suffix| suffix == "tct");
     let kind = if is_tct { Kind::Tct } else { Kind::Mesh(files::format(&output, args.format)?) };
-    let source = Source::new(&args.url, args.protocol == Protocol::Ws, args.timeout)?;
+    let source = Source::new(&args.url, args.protocol, args.timeout, limits)?;
     let beside = (!files::is_standard(&output)).then_some(output.as_path());
     let announcer = Announcer::new(console, &args.url, output.clone(), args.json);
     let transfer = Transfer::new(

@@ -11,6 +11,8 @@ use tercet::{EncodeOptions, Limits};
 use tokio::signal;
 
 use crate::console::Console;
+#[cfg(feature = "webtransport")]
+use crate::server::webtransport::{self, InjectedLoss, WebTransport};
 use crate::server::{self, Effort, Listener, LogFormat, Options, Patience, Service, Sessions};
 use crate::{Outcome, args};
 
@@ -30,8 +32,58 @@ pub struct ServeArgs {
     /// Where to listen; port 0 is any free one.
     #[arg(long, value_name = "HOST:PORT", default_value = "127.0.0.1:8080")]
     pub addr: String,
+    #[cfg(feature = "webtransport")]
+    #[command(flatten)]
+    pub datagrams: Datagrams,
     #[command(flatten)]
     pub serving: Serving,
+}
+
+/// Sessions on WebTransport.
+#[cfg(feature = "webtransport")]
+#[derive(Debug, clap::Args)]
+pub struct Datagrams {
+    /// Hold sessions on WebTransport too, which send files by datagrams over links that lose packets:
+    /// on this UDP address [default: the one of --addr].
+    #[arg(long, value_name = "HOST:PORT", num_args = 0..=1)]
+    pub webtransport: Option<Option<String>>,
+    /// The certificate of these sessions, a PEM file with those that vouch for it [default: one signed
+    /// by the server itself, which /webtransport.json tells].
+    #[arg(long, value_name = "FILE.pem", requires_all = ["key", "webtransport"])]
+    pub certificate: Option<PathBuf>,
+    /// The certificate's key, a PEM file.
+    #[arg(long, value_name = "FILE.pem", requires = "certificate")]
+    pub key: Option<PathBuf>,
+    /// Lose this part of packets on purpose: for tests.
+    #[arg(long, value_name = "P", hide = true, requires = "webtransport", value_parser = loss)]
+    pub inject_loss: Option<f64>,
+    /// Which packets are lost on purpose.
+    #[arg(long, value_name = "SEED", hide = true, requires = "inject_loss", default_value_t = 1)]
+    pub inject_seed: u64,
+}
+
+#[cfg(feature = "webtransport")]
+impl Datagrams {
+    /// Binds the endpoint, if it is wanted; `beside` is where HTTP is.
+    async fn bind(
+        &self,
+        service: &Service,
+        beside: SocketAddr,
+        patience: Patience,
+    ) -> Result<Option<WebTransport>> {
+        let Some(wanted) = &self.webtransport else { return Ok(None) };
+        let address = match wanted {
+            Some(address) => resolve(address).await?,
+            None => beside,
+        };
+        let setting = webtransport::Setting {
+            address,
+            certificate: self.certificate.clone().zip(self.key.clone()),
+            patience,
+            loss: self.inject_loss.map(|rate| InjectedLoss { rate, seed: self.inject_seed }),
+        };
+        Ok(Some(WebTransport::bind(service, setting).await?))
+    }
 }
 
 /// What `serve` and `view` share.
@@ -118,8 +170,18 @@ pub fn serve(args: &ServeArgs, limits: &Limits, console: &Console) -> Result<Out
         let address = resolve(&args.addr).await?;
         let listener = Listener::bind(address, args.serving.patience()).await;
         let listener = listener.with_context(|| args.addr.clone())?;
-        console.answer(&format!("http://{}/", listener.address()?))?;
+        let address = listener.address()?;
+        #[cfg(feature = "webtransport")]
+        let sessions = {
+            let sessions = args.datagrams.bind(&service, address, args.serving.patience()).await?;
+            sessions.map(|sessions| tokio::spawn(sessions.run()))
+        };
+        console.answer(&format!("http://{address}/"))?;
         listener.run(service, stopped()).await;
+        #[cfg(feature = "webtransport")]
+        if let Some(sessions) = sessions {
+            sessions.await?;
+        }
         Ok(Outcome::Good)
     })
 }
@@ -152,6 +214,15 @@ fn default_cache() -> PathBuf {
         .or_else(|| variable("HOME").map(|home| home.join(".cache")))
         .or_else(|| variable("LOCALAPPDATA"));
     caches.unwrap_or_else(std::env::temp_dir).join("tercet")
+}
+
+/// A probability that leaves something to arrive.
+#[cfg(feature = "webtransport")]
+fn loss(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(loss) if (0.0..=0.9).contains(&loss) => Ok(loss),
+        _ => Err("a part of packets between 0 and 0.9".into()),
+    }
 }
 
 fn at_least_one(text: &str) -> Result<usize, String> {

@@ -1,20 +1,23 @@
 //! Getting a file from a server, level by level, in spite of what the network does.
 //!
 //! [`Transfer`] is the loop: ask for what is missing, keep it on disk, decode it as it comes, and
-//! ask again after a failure. Where the bytes come from is the business of `http` and `ws`.
+//! ask again after a failure. Where the bytes come from is the business of `http`, `ws` and `wt`, and
+//! which of them, of `source`.
 
 mod announce;
 mod decoding;
 mod fault;
 mod http;
 mod part;
+mod refusal;
 mod retry;
+mod source;
 mod wanted;
 mod ws;
+#[cfg(feature = "webtransport")]
+mod wt;
 
-use std::time::Duration;
-
-use anyhow::{Context, Result, bail};
+use anyhow::Result;
 use bytes::Bytes;
 use futures_util::StreamExt;
 use futures_util::stream::BoxStream;
@@ -23,6 +26,7 @@ use tercet::{Decoder, Info, Level, Limits};
 pub use announce::Announcer;
 pub use part::Part;
 pub use retry::Retries;
+pub use source::{Protocol, Source};
 pub use wanted::Wanted;
 
 use decoding::{Decoding, Outcome};
@@ -35,43 +39,6 @@ pub struct Opened {
     /// The strong entity tag of the file, quotes included, if the server names one.
     tag: Option<String>,
     bytes: BoxStream<'static, Result<Bytes, Fault>>,
-}
-
-/// Where a file comes from.
-pub enum Source {
-    /// By HTTP, from any server.
-    Http(http::Http),
-    /// By the command protocol, from `tercet serve`.
-    Ws(ws::Ws),
-}
-
-impl Source {
-    /// The source at an address; nothing is asked of it yet.
-    ///
-    /// # Errors
-    /// If that is no address, or not of that protocol.
-    pub fn new(url: &str, by_ws: bool, timeout: Duration) -> Result<Source> {
-        let url = reqwest::Url::parse(url).with_context(|| url.to_string())?;
-        match url.scheme() {
-            "ws" | "wss" => Ok(Source::Ws(ws::Ws::new(url, timeout))),
-            "http" | "https" if by_ws => Ok(Source::Ws(ws::Ws::of_file(url, timeout)?)),
-            "http" | "https" => Ok(Source::Http(http::Http::new(url, timeout)?)),
-            scheme => bail!("{url}: addresses begin with http, https, ws or wss, not {scheme}"),
-        }
-    }
-
-    async fn open(
-        &self,
-        from: u64,
-        tag: Option<&str>,
-        wanted: &Wanted,
-        end: Option<u64>,
-    ) -> Result<Opened, Fault> {
-        match self {
-            Source::Http(http) => http.open(from, tag, wanted, end).await,
-            Source::Ws(ws) => ws.open(from, tag, wanted).await,
-        }
-    }
 }
 
 /// What a transfer came to.

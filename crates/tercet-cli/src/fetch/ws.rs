@@ -16,6 +16,7 @@ use tokio_tungstenite::{MaybeTlsStream, WebSocketStream, connect_async_with_conf
 
 use super::Opened;
 use super::fault::Fault;
+use super::refusal::refusal;
 use super::wanted::Wanted;
 use crate::protocol::{Command, Data, Hello, MOST_BYTES, SUBPROTOCOL};
 
@@ -146,19 +147,6 @@ async fn next(socket: &mut Socket, patience: Duration) -> Result<Message, Fault>
 
 fn late() -> Fault {
     Fault::transient(anyhow!("the server says nothing"))
-}
-
-/// What an `ERROR` message means; `None` of another message.
-fn refusal(text: &str) -> Option<Fault> {
-    let words = text.strip_prefix("ERROR ")?;
-    let (code, words) = words.split_once(' ').unwrap_or((words, ""));
-    let words: String = words.chars().filter(|c| !c.is_control()).take(200).collect();
-    let cause = anyhow!("the server refuses: {words}");
-    Some(match code {
-        "replaced" => Fault::Replaced,
-        "idle" | "stopping" | "store" => Fault::transient(cause),
-        _ => Fault::Fatal(cause),
-    })
 }
 
 fn fault(error: Error) -> Fault {

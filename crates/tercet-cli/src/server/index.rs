@@ -53,7 +53,11 @@ pub async fn exists(shared: &Shared, path: &str) -> bool {
 pub async fn list(shared: &Shared, path: &str) -> Result<Response, Failure> {
     let folder = Folder::list(&**shared.catalogue.store(), path).await?;
     let media = [(header::CONTENT_TYPE, HeaderValue::from_static("application/json"))];
-    Ok((media, format!("{:#}\n", folder.json(&shared.addresses))).into_response())
+    let mut list = folder.json(&shared.addresses);
+    if let Some(offer) = shared.offer() {
+        list["webtransport"] = offer.json();
+    }
+    Ok((media, format!("{list:#}\n")).into_response())
 }
 
 impl Folder {

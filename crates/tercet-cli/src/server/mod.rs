@@ -27,10 +27,12 @@ mod store;
 mod thumbnail;
 mod trim;
 mod viewer;
+#[cfg(feature = "webtransport")]
+pub mod webtransport;
 
 use std::io;
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, PoisonError, RwLock};
 use std::time::{Duration, Instant};
 
 use axum::Router;
@@ -59,6 +61,8 @@ use encode_cache::EncodeCache;
 use failure::Failure;
 use metrics::Metrics;
 use thumbnail::Thumbnails;
+
+use crate::protocol::Offer;
 
 /// How a server works.
 #[derive(Clone, Debug)]
@@ -93,7 +97,23 @@ struct Shared {
     thumbnails: Thumbnails,
     metrics: Arc<Metrics>,
     sessions: Sessions,
+    /// Where sessions on WebTransport are held, if they are.
+    offer: RwLock<Option<Offer>>,
+    /// Bytes that the files of these sessions may take together.
+    #[cfg(feature = "webtransport")]
+    max_memory: u64,
     stop: CancellationToken,
+}
+
+impl Shared {
+    fn offer(&self) -> Option<Offer> {
+        self.offer.read().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    #[cfg(feature = "webtransport")]
+    fn set_offer(&self, offer: Offer) {
+        *self.offer.write().unwrap_or_else(PoisonError::into_inner) = Some(offer);
+    }
 }
 
 /// A server's routes, and what the one who carries them needs to know.
@@ -104,6 +124,8 @@ pub struct Service {
     metrics: Arc<Metrics>,
     /// Ends the sessions.
     stop: CancellationToken,
+    #[cfg(feature = "webtransport")]
+    shared: Arc<Shared>,
 }
 
 /// Without a client there is nothing to pass on: the page asks the other server itself.
@@ -150,6 +172,9 @@ pub fn service(store: Arc<dyn ObjectStore>, options: Options) -> io::Result<Serv
         thumbnails: Thumbnails::new(),
         metrics: metrics.clone(),
         sessions: options.sessions,
+        offer: RwLock::new(None),
+        #[cfg(feature = "webtransport")]
+        max_memory: options.effort.limits.max_memory,
         stop: stop.clone(),
     });
     let mut router = Router::new()
@@ -158,6 +183,7 @@ pub fn service(store: Arc<dyn ObjectStore>, options: Options) -> io::Result<Serv
         .route("/d/{digest}/{*name}", get(fixed))
         .route("/thumbnail/{*name}", get(thumbnail))
         .route("/ws/{*name}", get(session::open))
+        .route("/webtransport.json", get(offer))
         .route("/healthz", get(async || "good\n"))
         .route("/metrics", get(counters));
     if viewer::is_built_in() {
@@ -170,8 +196,14 @@ pub fn service(store: Arc<dyn ObjectStore>, options: Options) -> io::Result<Serv
         .layer(cross_origin())
         .layer(CatchPanicLayer::new())
         .layer(from_fn_with_state(shared.clone(), observe))
-        .with_state(shared);
-    Ok(Service { router, metrics, stop })
+        .with_state(shared.clone());
+    Ok(Service {
+        router,
+        metrics,
+        stop,
+        #[cfg(feature = "webtransport")]
+        shared,
+    })
 }
 
 /// Pages of other origins may read everything, in parts too.
@@ -243,6 +275,16 @@ async fn thumbnail(State(shared): State<Arc<Shared>>, Path(name): Path<String>) 
             (status, [media("image/svg+xml"), caching], placeholder).into_response()
         }
     }
+}
+
+/// Where sessions on WebTransport are held. It changes with the certificate.
+async fn offer(State(shared): State<Arc<Shared>>) -> Result<Response, Failure> {
+    let offer = shared.offer().ok_or(Failure::NotFound)?;
+    let fields = [
+        (header::CONTENT_TYPE, HeaderValue::from_static("application/json")),
+        (header::CACHE_CONTROL, HeaderValue::from_static("no-store")),
+    ];
+    Ok((fields, format!("{:#}\n", offer.json())).into_response())
 }
 
 async fn counters(State(shared): State<Arc<Shared>>) -> Response {

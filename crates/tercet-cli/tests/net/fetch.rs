@@ -13,14 +13,14 @@ use tercet::{Decoder, Info, Limits, Mesh, shapes};
 
 /// What the command left behind.
 #[derive(Debug)]
-struct Run {
-    status: i32,
-    out: String,
-    err: String,
-    folder: PathBuf,
+pub struct Run {
+    pub status: i32,
+    pub out: String,
+    pub err: String,
+    pub folder: PathBuf,
 }
 
-async fn fetch(folder: &Path, arguments: &str) -> Run {
+pub async fn fetch(folder: &Path, arguments: &str) -> Run {
     let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_tercet"));
     command.arg("fetch").args(arguments.split_whitespace()).current_dir(folder);
     let output = tokio::task::spawn_blocking(move || command.output().unwrap()).await.unwrap();
@@ -34,7 +34,7 @@ async fn fetch(folder: &Path, arguments: &str) -> Run {
 
 impl Run {
     #[track_caller]
-    fn good(self) -> Run {
+    pub fn good(self) -> Run {
         assert_eq!(self.status, 0, "{self:?}");
         self
     }
@@ -46,7 +46,7 @@ impl Run {
     }
 
     /// The JSON lines.
-    fn events(&self) -> Vec<Value> {
+    pub fn events(&self) -> Vec<Value> {
         self.out.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
     }
 

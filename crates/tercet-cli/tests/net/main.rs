@@ -8,6 +8,8 @@ mod fetch;
 mod folder;
 mod link;
 mod load;
+mod namespaces;
 mod plain;
 mod session;
 mod site;
+mod webtransport;

@@ -8,7 +8,8 @@ use std::time::Duration;
 
 use object_store::ObjectStore;
 use tercet::{EncodeOptions, Limits, Mesh};
-use tercet_cli::server::{self, Effort, Listener, Options, Patience, Sessions};
+use tercet_cli::server::webtransport::{InjectedLoss, Setting, WebTransport};
+use tercet_cli::server::{self, Effort, Listener, Options, Patience, Service, Sessions};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::sync::oneshot;
@@ -49,6 +50,21 @@ pub fn folder(test: &str) -> PathBuf {
     folder
 }
 
+fn service(folder: &Path, store: Arc<dyn ObjectStore>) -> Service {
+    let effort = Effort { jobs: 2, limits: Limits::default(), patience: Duration::from_secs(60) };
+    let sessions = Sessions { max_message: 1024, idle: Duration::from_secs(2) };
+    let cache = folder.join("cache");
+    let options = Options {
+        base: String::new(),
+        cache,
+        cache_size: CACHE_SIZE,
+        encode: EncodeOptions::default(),
+        effort,
+        sessions,
+    };
+    server::service(store, options).unwrap()
+}
+
 impl Site {
     pub async fn new(test: &str) -> Site {
         Site::patient(test, patience()).await
@@ -60,19 +76,23 @@ impl Site {
         Site::with_store(folder, store, patience).await
     }
 
+    /// A site that also holds sessions on WebTransport, over a link that loses packets.
+    pub async fn lossy(test: &str, patience: Patience, loss: Option<InjectedLoss>) -> Site {
+        let folder = folder(test);
+        let store = server::open_store(folder.join("site").to_str().unwrap()).unwrap();
+        let service = service(&folder, store);
+        let address = "127.0.0.1:0".parse().unwrap();
+        let setting = Setting { address, certificate: None, patience, loss };
+        tokio::spawn(WebTransport::bind(&service, setting).await.unwrap().run());
+        Site::of_service(folder, service, patience).await
+    }
+
     pub async fn with_store(folder: PathBuf, store: Arc<dyn ObjectStore>, patience: Patience) -> Site {
-        let effort = Effort { jobs: 2, limits: Limits::default(), patience: Duration::from_secs(60) };
-        let sessions = Sessions { max_message: 1024, idle: Duration::from_secs(2) };
-        let cache = folder.join("cache");
-        let options = Options {
-            base: String::new(),
-            cache,
-            cache_size: CACHE_SIZE,
-            encode: EncodeOptions::default(),
-            effort,
-            sessions,
-        };
-        let service = server::service(store, options).unwrap();
+        let service = service(&folder, store);
+        Site::of_service(folder, service, patience).await
+    }
+
+    async fn of_service(folder: PathBuf, service: Service, patience: Patience) -> Site {
         let listener = Listener::bind("127.0.0.1:0".parse().unwrap(), patience).await.unwrap();
         let address = listener.address().unwrap();
         let (stop, stopped) = oneshot::channel();

@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::ops::Range;
+use std::str::FromStr;
 
 use sha2::{Digest, Sha256};
 
@@ -39,6 +40,26 @@ impl FileId {
 impl fmt::Display for FileId {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         self.0.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
+    }
+}
+
+/// From 64 hexadecimal digits, as it is displayed.
+impl FromStr for FileId {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<FileId> {
+        let mut bytes = [0; 32];
+        let digit = |digit: u8| char::from(digit).to_digit(16);
+        let (pairs, rest) = text.as_bytes().as_chunks();
+        if pairs.len() != bytes.len() || !rest.is_empty() {
+            return Err(Error::format("file identity", "not of 64 digits"));
+        }
+        for (byte, &[high, low]) in bytes.iter_mut().zip(pairs) {
+            let value = digit(high).zip(digit(low)).map(|(high, low)| 16 * high + low);
+            // Two digits make a byte.
+            *byte = value.ok_or(Error::format("file identity", "a digit that is not hexadecimal"))? as u8;
+        }
+        Ok(FileId(bytes))
     }
 }
 

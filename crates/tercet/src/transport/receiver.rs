@@ -122,6 +122,27 @@ impl Receiver {
         self.settle(block)
     }
 
+    /// Takes the whole opening, [`Source::opening`](super::Source::opening), as a way without losses brings
+    /// it. It need not be one that is trusted: the digest is verified here too.
+    pub fn open(&mut self, opening: &[u8]) -> Received {
+        if self.manifest.is_some() {
+            return Received::Late;
+        }
+        if !is_genuine(self.id, None, 0, opening) {
+            return Received::Refuted;
+        }
+        if !self.make_room(0, opening.len() as u64) {
+            return Received::Refused;
+        }
+        if let Some(Block::Incomplete(claims)) = self.blocks.remove(&0) {
+            self.held -= claims.iter().map(Collection::memory).sum::<u64>();
+        }
+        self.complete(0, opening.to_vec());
+        self.judge_waiting();
+        self.release();
+        Received::Completed
+    }
+
     /// The next bytes of the file, if they have arrived. Its blocks come one at a time.
     pub fn take(&mut self) -> Option<Vec<u8>> {
         let bytes = self.ready.pop_front()?;
@@ -208,19 +229,28 @@ impl Receiver {
     fn settle(&mut self, block: usize) -> Received {
         let result = self.restore(block);
         if result == Received::Completed && block == 0 {
-            // What came before the manifest can be judged now.
-            let waiting: Vec<usize> = self.blocks.keys().copied().collect();
-            for block in waiting {
-                self.restore(block);
-            }
+            self.judge_waiting();
         }
+        self.release();
+        result
+    }
+
+    /// Decodes what came before the manifest and can be judged now.
+    fn judge_waiting(&mut self) {
+        let waiting: Vec<usize> = self.blocks.keys().copied().collect();
+        for block in waiting {
+            self.restore(block);
+        }
+    }
+
+    /// Gives out what is complete, as far as nothing before it is missing.
+    fn release(&mut self) {
         while let Some(Block::Complete(_)) = self.blocks.get(&self.next) {
             if let Some(Block::Complete(bytes)) = self.blocks.remove(&self.next) {
                 self.ready.push_back(bytes);
             }
             self.next += 1;
         }
-        result
     }
 
     fn restore(&mut self, block: usize) -> Received {

@@ -36,6 +36,12 @@ impl Source {
         self.id
     }
 
+    /// The opening, block 0: the manifest and the first bytes of the file. Where some way without losses
+    /// leads to a receiver it may be sent there as well: [`Receiver::open`](super::Receiver::open) takes it.
+    pub fn opening(&self) -> &[u8] {
+        self.blocks.bytes(&self.file, 0)
+    }
+
     /// The file's bytes.
     pub fn file(&self) -> &[u8] {
         &self.file

@@ -61,6 +61,39 @@ fn a_part_of_the_packets_gives_the_blocks_that_it_completes() {
     assert_eq!(Report::read(&report.write()), Some(report));
 }
 
+#[test]
+fn the_opening_may_come_another_way() {
+    let (source, mut packets) = packets(3000, 0);
+    packets.reverse();
+    let mut receiver = Receiver::new(source.id(), Limits::default());
+    let (_, before) = packets.split_last().unwrap();
+    for packet in before {
+        receiver.push(packet);
+    }
+    assert_eq!(receiver.take(), None);
+    let mut forged = source.opening().to_vec();
+    forged[10] ^= 1;
+    for bad in [&forged[..], &source.opening()[1..], &[]] {
+        assert_eq!(receiver.open(bad), Received::Refuted);
+    }
+    assert_eq!(receiver.open(source.opening()), Received::Completed);
+    assert_eq!(receiver.open(source.opening()), Received::Late);
+    assert!(receiver.is_complete());
+    assert_eq!(taken(&mut receiver), source.file());
+    assert_eq!(receiver.held, 0);
+}
+
+#[test]
+fn identities_are_read_as_they_are_displayed() {
+    let id = FileId(std::array::from_fn(|i| 8 * i as u8));
+    assert_eq!(id.to_string().parse::<FileId>().unwrap(), id);
+    let long = format!("{id}0");
+    let signs = id.to_string().replacen('0', "+", 1);
+    for bad in ["", &long, &long[2..], &signs] {
+        assert!(bad.parse::<FileId>().is_err(), "{bad}");
+    }
+}
+
 /// Forged packets with right checksums and the right tag: a wrong symbol, a wrong length, a block that
 /// does not exist. Each costs some packets at most.
 #[test]
