@@ -51,7 +51,7 @@ impl Source {
     /// # Errors
     /// If that is no address, or not of that protocol.
     pub fn new(url: &str, by_ws: bool, timeout: Duration) -> Result<Source> {
-        let url = reqwest::Url::parse(url).with_context(|| url.to_string())?;
+        let url = reqwest::Url::parse(url).with_context(|| format!("{url}: not an address"))?;
         match url.scheme() {
             "ws" | "wss" => Ok(Source::Ws(ws::Ws::new(url, timeout))),
             "http" | "https" if by_ws => Ok(Source::Ws(ws::Ws::of_file(url, timeout)?)),
@@ -186,10 +186,11 @@ impl Transfer {
                     }
                 }
                 Some(Fault::Transient { cause, wait }) => {
-                    self.announcer.warn(&format!("{cause:#}: trying again"));
-                    if !self.retries.again(wait).await {
+                    if !self.retries.are_left() {
                         break cause;
                     }
+                    self.announcer.warn(&format!("{cause:#}; trying again"));
+                    self.retries.again(wait).await;
                 }
                 Some(Fault::Fatal(cause)) => break cause,
                 None => {}
