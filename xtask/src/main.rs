@@ -1,6 +1,7 @@
 //! Project tasks: `cargo xtask test` runs every check, `cargo xtask bench` compares with other coders,
 //! `cargo xtask load` puts a thousand clients on the server, `cargo xtask seeds` writes the fuzz seeds and
-//! golden files anew after a change of the format, `cargo xtask web` builds what runs in a browser.
+//! golden files anew after a change of the format, `cargo xtask costs` the record of sizes and instructions,
+//! `cargo xtask web` builds what runs in a browser.
 //!
 //! It depends on no crate of the workspace, so that it still runs when those do not compile.
 
@@ -21,6 +22,7 @@ usage: cargo xtask test  [--only STAGE,STAGE] [--fuzz-seconds N]
                          [--tables lattice,sqrt3,butterfly,exact] [--runs N] [--write]
        cargo xtask load
        cargo xtask seeds
+       cargo xtask costs
        cargo xtask web";
 
 fn main() -> ExitCode {
@@ -30,6 +32,7 @@ fn main() -> ExitCode {
         Some((task, rest)) if task == "bench" => bench::run(rest),
         Some((task, rest)) if task == "load" => load::run(rest),
         Some((task, rest)) if task == "seeds" => seeds::run(rest),
+        Some((task, [])) if task == "costs" => test::record_costs(),
         Some((task, rest)) if task == "web" => web::rebuild(rest),
         _ => Err(arguments::Usage.into()),
     };

@@ -68,6 +68,11 @@ impl Feed {
         }
     }
 
+    /// The level that the file breaks off in, as far as its bytes tell.
+    pub fn preview(&self) -> Option<Level> {
+        self.decoder.preview()
+    }
+
     /// Fails if the file ended before it was complete.
     pub fn finish(&self) -> Result<()> {
         self.decoder.finish().with_context(|| self.name.clone())

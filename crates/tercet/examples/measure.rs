@@ -6,6 +6,8 @@
 //!                                                mean edge, vertices and faces shuffled
 //! measure remesh MESH OUT.ply LEVELS normal|relaxed   to √3 connectivity
 //! measure encode MESH.ply OUT.tct BITS EFFORT [smallest]   BITS is a number or "exact"; fast, default or max
+//! measure approximate MESH.ply OUT.tct bytes|error BOUND EFFORT   the best lossy file within it
+//! measure compare A B                            how far apart two surfaces are
 //! measure decode FILE.tct
 //! ```
 //!
@@ -17,7 +19,9 @@ use std::error::Error;
 use std::fs;
 use std::path::Path;
 use std::time::Instant;
+use tercet::approximate::{Bound, Method};
 use tercet::io::{self, Format};
+use tercet::metrics::{self, Comparison, MetricsOptions};
 use tercet::remesh::{Goal, Placement, RemeshOptions};
 use tercet::{Effort, EncodeOptions, Limits, Mesh, Progressive, Scheme};
 
@@ -37,6 +41,13 @@ fn main() -> Result<()> {
         ["encode", mesh, out, bits, effort, "smallest"] => {
             encode(mesh, out, bits, effort, Progressive::Smallest)
         }
+        ["approximate", mesh, out, "bytes", bytes, effort] => {
+            approximate(&read(mesh)?, out, Bound::MaxBytes(bytes.parse()?), effort)
+        }
+        ["approximate", mesh, out, "error", error, effort] => {
+            approximate(&read(mesh)?, out, Bound::MaxError(error.parse()?), effort)
+        }
+        ["compare", a, b] => compare(&read(a)?, &read(b)?),
         ["decode", file] => decode(file),
         _ => Err("usage: see the head of examples/measure.rs".into()),
     }
@@ -46,12 +57,8 @@ fn encode(mesh: &str, out: &str, bits: &str, effort: &str, progressive: Progress
     let before = peak_bytes();
     let mesh = read(mesh)?;
     let bits = if bits == "exact" { None } else { Some(bits.parse()?) };
-    let effort = match effort {
-        "fast" => Effort::Fast,
-        "max" => Effort::Max,
-        _ => Effort::Default,
-    };
-    let options = EncodeOptions { bits, effort, progressive, ..EncodeOptions::default() };
+    let options =
+        EncodeOptions { bits, effort: self::effort(effort), progressive, ..EncodeOptions::default() };
     let start = Instant::now();
     let encoded = tercet::encode(&mesh, &options)?;
     println!("seconds={}", start.elapsed().as_secs_f64());
@@ -60,6 +67,37 @@ fn encode(mesh: &str, out: &str, bits: &str, effort: &str, progressive: Progress
     println!("connectivity_bytes={}", encoded.connectivity_bits.div_ceil(8));
     println!("base_vertices={}", encoded.info.levels.first().map_or(0, |base| base.vertices));
     Ok(fs::write(out, &encoded.bytes)?)
+}
+
+fn effort(name: &str) -> Effort {
+    match name {
+        "fast" => Effort::Fast,
+        "max" => Effort::Max,
+        _ => Effort::Default,
+    }
+}
+
+fn approximate(mesh: &Mesh, out: &str, bound: Bound, effort: &str) -> Result<()> {
+    let options = EncodeOptions { effort: self::effort(effort), ..EncodeOptions::default() };
+    let start = Instant::now();
+    let found = tercet::approximate::approximate(mesh, bound, &options, &Limits::default(), &mut |_| {})?;
+    println!("seconds={}", start.elapsed().as_secs_f64());
+    println!("bytes={}", found.encoded.bytes.len());
+    println!("vertices={}", found.encoded.info.vertices);
+    println!("trials={}", found.trials);
+    println!("remeshed={}", u8::from(matches!(found.method, Method::Remeshed(..))));
+    print_comparison(&found.comparison);
+    Ok(fs::write(out, &found.encoded.bytes)?)
+}
+
+fn compare(a: &Mesh, b: &Mesh) -> Result<()> {
+    print_comparison(&metrics::compare(a, b, &MetricsOptions::default())?);
+    Ok(())
+}
+
+fn print_comparison(comparison: &Comparison) {
+    println!("rms={}", comparison.rms() / comparison.diagonal);
+    println!("psnr={}", comparison.psnr());
 }
 
 fn decode(file: &str) -> Result<()> {

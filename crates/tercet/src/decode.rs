@@ -1,9 +1,12 @@
 //! From a file to a mesh, as its bytes arrive.
 
+use crate::coding::payload::Opening;
 use crate::coding::supplement::{self, Supplements};
 use crate::coding::{Levels, Point};
-use crate::container::{self, Header, LevelEntry, LevelKind, Outline, Part, Reader, Supplement, UpdateRule};
-use crate::entropy::{self, Coder};
+use crate::container::{
+    self, Approximation, Header, LevelEntry, LevelKind, Outline, Part, Reader, Supplement, UpdateRule,
+};
+use crate::entropy::{self, Coder, Cursor};
 use crate::mesh::Mesh;
 use crate::subdivide::StepKind;
 use crate::{Effort, Error, Limits, Precision, Result, Update};
@@ -23,6 +26,8 @@ pub struct Info {
     pub vertices: u32,
     /// Faces of the original.
     pub faces: u32,
+    /// What the original itself stands for, if the file is lossy beyond its precision.
+    pub approximation: Option<Approximation>,
     /// The base, then each level above it.
     pub levels: Vec<LevelInfo>,
     /// Bytes before the first section: they are what this was read from.
@@ -49,6 +54,7 @@ pub struct LevelInfo {
     pub bytes: u64,
     /// Root mean square distance of the original's vertices from this level's surface, as a
     /// part of the bounding box's diagonal; taken over a sample, and rather too large than small.
+    /// In a lossy file it is that to the source, by the triangle inequality.
     pub error: f32,
 }
 
@@ -83,6 +89,7 @@ impl Info {
             order_kept: outline.order_kept,
             vertices: outline.vertices,
             faces: outline.faces,
+            approximation: outline.approximation,
             levels,
             header_bytes: header.sections.first().map_or(0, |section| section.offset),
             bytes: header.sections.iter().map(container::Section::end).max().unwrap_or(0),
@@ -92,7 +99,7 @@ impl Info {
     pub(crate) fn of(file: &[u8]) -> Result<Info> {
         let mut decoder = Decoder::new(Limits::default());
         decoder.push(file);
-        decoder.reader.next_section()?;
+        decoder.reader.check()?;
         decoder.info().ok_or_else(|| Error::format("header", "incomplete"))
     }
 }
@@ -120,6 +127,9 @@ pub struct Level {
     /// and this level's connectivity is known. Only where [`Decoder::keep_predictions`] asked for it;
     /// never for the base, nor for a finest level that further sections have restored.
     pub predicted: Option<Vec<[f32; 3]>>,
+    /// How many vertices lie where they are expected only, as their positions are still to come: all
+    /// of the late levels so far, or those that a [preview](Decoder::preview) lacks.
+    pub pending: u32,
     /// Whether every section of the file has arrived, so that `mesh` is the original (under the
     /// precision that the file states).
     pub restored: bool,
@@ -129,6 +139,15 @@ pub struct Level {
 struct Reached {
     level: u32,
     restored: bool,
+}
+
+/// A section whose decoding has begun.
+#[derive(Clone, Copy)]
+struct Begun {
+    level: u32,
+    /// Where in the payload its stream begins, and where in that the decoder stands.
+    stream: usize,
+    cursor: Cursor,
 }
 
 /// Memory that decoding a level takes: its surface and models' notes, the next coarser surface,
@@ -145,6 +164,8 @@ pub struct Decoder {
     reader: Reader,
     levels: Levels,
     supplements: Supplements,
+    /// The section in flight, if its connectivity is decoded.
+    begun: Option<Begun>,
     keeps_predictions: bool,
     /// Vertices of the level below the current one.
     kept: u32,
@@ -160,6 +181,7 @@ impl Decoder {
             reader: Reader::new(limits),
             levels: Levels::new(Effort::default()),
             supplements: Supplements::default(),
+            begun: None,
             keeps_predictions: false,
             kept: 0,
             predicted: None,
@@ -187,41 +209,53 @@ impl Decoder {
     /// What is wrong with the bytes; levels returned before stand.
     pub fn next_level(&mut self) -> Result<Option<Level>> {
         let Some(Reached { level, restored }) = self.advance()? else { return Ok(None) };
-        let mesh = self.mesh(restored).map_err(|error| self.reader.refuse(error))?;
+        let mesh = self.mesh(restored).map_err(|error| self.refuse(error))?;
         let predicted = self.predicted.take();
         let precision = &self.outline()?.precision;
         let predicted = predicted.map(|points| supplement::coordinates(&points, precision));
-        Ok(Some(Level { level, mesh, kept: self.kept, predicted, restored }))
+        let pending = self.levels.pending();
+        Ok(Some(Level { level, mesh, kept: self.kept, predicted, pending, restored }))
     }
 
-    /// Decodes the next level whose bytes have arrived, without making a mesh of it.
+    /// The level that is arriving as far as it has come: [`pending`](Level::pending) of its vertices lie
+    /// where they are expected. `None` between levels, and before the level's connectivity is there. Ask
+    /// for it when there is no [next level](Decoder::next_level). Time linear in the level.
+    pub fn preview(&self) -> Option<Level> {
+        let level = self.begun?.level;
+        let points = self.levels.known_positions()?;
+        let mesh = supplement::surface_mesh(&self.levels.surface, &points, &self.outline().ok()?.precision);
+        let pending = self.levels.pending();
+        Some(Level { level, mesh, kept: self.kept, predicted: None, pending, restored: false })
+    }
+
+    /// Decodes the next level whose bytes have arrived, without making a mesh of it; of one whose bytes
+    /// have arrived in part, that part.
     fn advance(&mut self) -> Result<Option<Reached>> {
-        while let Some((part, bytes)) = self.reader.next_section()? {
-            let outline = self.outline()?;
-            let finest = outline.levels.len() - 1;
-            let restored = part == last_part(outline);
-            match part {
-                Part::Level(level) => {
-                    let entry = outline.levels[level];
-                    self.level(entry, &bytes)?;
-                    return Ok(Some(Reached { level: level as u32, restored }));
-                }
-                Part::Supplement(Supplement::Positions) => {
-                    self.complete(&bytes)?;
-                    return Ok(Some(Reached { level: finest as u32, restored }));
-                }
-                Part::Supplement(kind) => self.keep(kind, bytes),
+        loop {
+            self.reader.check()?;
+            if !self.section().map_err(|error| self.refuse(error))? {
+                return Ok(None);
             }
-            if restored {
-                return Ok(Some(Reached { level: finest as u32, restored }));
+            self.begun = None;
+            let Some((part, payload)) = self.reader.take() else { return Ok(None) };
+            let outline = self.outline()?;
+            let restored = part == last_part(outline);
+            let level = match part {
+                Part::Level(level) => level,
+                Part::Supplement(_) => outline.levels.len() - 1,
+            };
+            if let Part::Supplement(kind) = part {
+                self.keep(kind, payload);
+            }
+            if restored || matches!(part, Part::Level(_) | Part::Supplement(Supplement::Positions)) {
+                return Ok(Some(Reached { level: level as u32, restored }));
             }
         }
-        Ok(None)
     }
 
-    /// After an [`Error::Checksum`]: forgets the damaged section, so that its bytes may be pushed
-    /// anew, and returns how many bytes of the file stand before it. What was decoded stays.
-    /// `None` after any other fault, and without one.
+    /// After an [`Error::Checksum`]: forgets the damaged bytes, some kilobytes of a section at most, so that
+    /// they may be pushed anew, and returns how many bytes of the file stand before them. What was
+    /// decoded stays. `None` after any other fault, and without one.
     pub fn discard_damaged(&mut self) -> Option<u64> {
         self.reader.discard_damaged()
     }
@@ -234,65 +268,79 @@ impl Decoder {
         self.reader.finish()
     }
 
-    /// Decodes a level. After a failure the surface is of no use: the file ends there.
-    fn level(&mut self, entry: LevelEntry, bytes: &[u8]) -> Result<()> {
-        let mut coder = entropy::Decoder::new(bytes);
-        let done = self.refine(entry, &mut coder).and_then(|()| match coder.exhausted() {
-            true => Err(Error::format("level", "its bytes end before it is complete")),
-            false => self.check_counts(entry),
-        });
-        done.map_err(|error| self.reader.refuse(error))
+    /// From now on `error` is what is wrong with the file, whose surface is of no use.
+    fn refuse(&mut self, error: Error) -> Error {
+        self.begun = None;
+        self.reader.refuse(error)
     }
 
-    fn refine(&mut self, entry: LevelEntry, coder: &mut entropy::Decoder) -> Result<()> {
+    /// Decodes the section that is arriving as far as its bytes allow; whether it is done with.
+    fn section(&mut self) -> Result<bool> {
+        let Some(incoming) = self.reader.incoming() else { return Ok(false) };
+        let (part, whole) = (incoming.part, incoming.is_whole());
+        if matches!(part, Part::Supplement(kind) if kind != Supplement::Positions) {
+            return Ok(whole);
+        }
+        let begun = match self.begun {
+            Some(begun) => begun,
+            None => match self.begin(part)? {
+                Some(begun) => begun,
+                None => return Ok(false),
+            },
+        };
+        let Some(incoming) = self.reader.incoming() else { return Ok(false) };
+        let mut coder = entropy::Decoder::resume(begun.cursor, &incoming.bytes[begun.stream..], whole);
+        self.levels.positions(&mut coder, &[]);
+        self.begun = Some(Begun { cursor: coder.cursor(), ..begun });
+        match coder.exhausted() {
+            true => Err(Error::format(part.to_string(), "its bytes end before it is complete")),
+            false => Ok(whole),
+        }
+    }
+
+    /// Decodes what comes before positions, if enough of it has arrived.
+    fn begin(&mut self, part: Part) -> Result<Option<Begun>> {
+        let Some(incoming) = self.reader.incoming() else { return Ok(None) };
+        let (bytes, length, whole) = (incoming.bytes, incoming.length, incoming.is_whole());
+        let Part::Level(level) = part else {
+            self.levels.begin_late();
+            let level = self.outline()?.levels.len() as u32 - 1;
+            let cursor = entropy::Decoder::start(bytes, whole).cursor();
+            return Ok(Some(Begun { level, stream: 0, cursor }));
+        };
+        let Some(opening) = Opening::read(bytes, length) else { return Ok(None) };
+        let stream = &bytes[opening.stream..];
+        if !whole && stream.len() < opening.reach {
+            return Ok(None);
+        }
+        let outline = self.outline()?;
+        let (entry, effort) = (outline.levels[level], outline.effort);
         let limits = *self.reader.limits();
         limits.check("bytes of a level", entry.vertices.into(), BYTES_PER_VERTEX)?;
-        let kind = match entry.kind {
-            LevelKind::Base => {
-                self.levels = Levels::new(self.outline()?.effort);
-                self.levels.base(coder, None, &limits)?;
+        let mut coder = entropy::Decoder::start(stream, whole);
+        match step_kind(entry.kind) {
+            None => {
+                self.levels = Levels::new(effort);
+                self.levels.base(&mut coder, None, &limits)?;
                 // Its positions take time and memory: not for another surface than announced.
-                self.check_counts(entry)?;
-                self.levels.base_positions(coder, &[]);
-                return Ok(());
+                check_counts(&self.levels, entry)?;
+                self.levels.begin_base(&mut coder, &[]);
             }
-            LevelKind::Adaptive | LevelKind::Late => StepKind::Adaptive,
-            LevelKind::Sqrt3Even => StepKind::Sqrt3Even,
-            LevelKind::Sqrt3Odd => StepKind::Sqrt3Odd,
-            LevelKind::Butterfly => StepKind::Butterfly,
-        };
-        let coarse = &self.levels.surface;
-        self.kept = coarse.vertices - coarse.virtuals;
-        let step = self.levels.connectivity(coder, kind, Vec::new(), Vec::new(), entry.vertices as u64)?;
-        self.predicted = self.keeps_predictions.then(|| self.levels.without_details(&step));
-        match entry.kind {
-            LevelKind::Late => self.levels.late_positions(step),
-            _ => self.levels.positions(coder, step, &[], rule(&entry)),
+            Some(kind) => {
+                let coarse = &self.levels.surface;
+                self.kept = coarse.vertices - coarse.virtuals;
+                let vertices = entry.vertices as u64;
+                let step = self.levels.connectivity(&mut coder, kind, Vec::new(), Vec::new(), vertices)?;
+                self.predicted = self.keeps_predictions.then(|| self.levels.without_details(&step));
+                match entry.kind {
+                    LevelKind::Late => self.levels.late_step(step),
+                    _ => self.levels.begin_step(step, rule(&entry)),
+                }
+                check_counts(&self.levels, entry)?;
+            }
         }
-        Ok(())
-    }
-
-    /// Decodes the positions of late levels.
-    fn complete(&mut self, bytes: &[u8]) -> Result<()> {
-        let mut coder = entropy::Decoder::new(bytes);
-        self.levels.complete(&mut coder, &[]);
-        if coder.exhausted() {
-            let error = Error::format("positions section", "its bytes end before it is complete");
-            return Err(self.reader.refuse(error));
-        }
-        Ok(())
-    }
-
-    /// Fails unless the surface has the real vertices and faces that its entry announces.
-    fn check_counts(&self, entry: LevelEntry) -> Result<()> {
-        let surface = &self.levels.surface;
-        let found = [surface.vertices - surface.virtuals, surface.real_faces()];
-        if found != [entry.vertices, entry.faces] {
-            let [vertices, faces] = found;
-            let cause = format!("{vertices} vertices and {faces} faces, not as many as announced");
-            return Err(Error::format("level", cause));
-        }
-        Ok(())
+        opening.check(coder.reach(), length)?;
+        Ok(Some(Begun { level: level as u32, stream: opening.stream, cursor: coder.cursor() }))
     }
 
     fn keep(&mut self, kind: Supplement, bytes: Vec<u8>) {
@@ -310,7 +358,8 @@ impl Decoder {
     fn mesh(&self, restored: bool) -> Result<Mesh> {
         let outline = self.outline()?;
         if !restored {
-            return Ok(supplement::surface_mesh(&self.levels, &outline.precision));
+            let Levels { surface, positions, .. } = &self.levels;
+            return Ok(supplement::surface_mesh(surface, positions, &outline.precision));
         }
         let counts = [outline.vertices, outline.faces];
         supplement::read(&self.levels, &outline.precision, counts, &self.supplements, &self.limits)
@@ -320,6 +369,29 @@ impl Decoder {
         let header = self.reader.header().ok_or_else(|| Error::format("header", "incomplete"))?;
         Ok(&header.outline)
     }
+}
+
+/// The step that leads to a level of this kind; the base comes from none.
+fn step_kind(kind: LevelKind) -> Option<StepKind> {
+    match kind {
+        LevelKind::Base => None,
+        LevelKind::Adaptive | LevelKind::Late => Some(StepKind::Adaptive),
+        LevelKind::Sqrt3Even => Some(StepKind::Sqrt3Even),
+        LevelKind::Sqrt3Odd => Some(StepKind::Sqrt3Odd),
+        LevelKind::Butterfly => Some(StepKind::Butterfly),
+    }
+}
+
+/// Fails unless the surface has the real vertices and faces that its entry announces.
+fn check_counts(levels: &Levels, entry: LevelEntry) -> Result<()> {
+    let surface = &levels.surface;
+    let found = [surface.vertices - surface.virtuals, surface.real_faces()];
+    if found != [entry.vertices, entry.faces] {
+        let [vertices, faces] = found;
+        let cause = format!("{vertices} vertices and {faces} faces, not as many as announced");
+        return Err(Error::format("level", cause));
+    }
+    Ok(())
 }
 
 /// The last section that a reader needs.

@@ -3,7 +3,7 @@
 mod trial;
 
 use crate::coding::supplement::{self, Original, Supplements};
-use crate::coding::{Levels, Point};
+use crate::coding::{Levels, Point, payload};
 use crate::container::{self, LevelEntry, LevelKind, Outline, Supplement, UpdateRule};
 use crate::decode::Info;
 use crate::entropy::Encoder;
@@ -124,6 +124,7 @@ pub fn encode_with(
         precision,
         vertices: mesh.positions.len() as u32,
         faces: mesh.faces.len() as u32,
+        approximation: None,
         levels: entries,
         supplements,
     };
@@ -212,8 +213,10 @@ impl Writer {
         self.map = self.levels.base(&mut coder, Some(known), &Limits { max_memory: u64::MAX })?;
         self.connectivity_bits += coder.bits();
         let positions = new_positions(&self.levels.surface, &self.map, known, &positions, 0);
-        self.levels.base_positions(&mut coder, &positions);
-        self.finish(coder, LevelKind::Base, 0);
+        self.levels.begin_base(&mut coder, &positions);
+        let reach = coder.reach();
+        self.levels.positions(&mut coder, &positions[self.levels.surface.virtuals as usize..]);
+        self.finish(coder, LevelKind::Base, 0, reach);
         Ok(())
     }
 
@@ -234,18 +237,19 @@ impl Writer {
         }
         let vertices = (fine.vertices - fine.virtuals) as u64;
         let coded = self.levels.connectivity(&mut coder, step.kind, split, flip, vertices)?;
-        let before = coder.bits();
+        let (before, reach) = (coder.bits(), coder.reach());
         self.connectivity_bits += before;
         self.map = lift(&coded.refined, &step, fine, &self.map);
         let kind = step.kind;
         drop(step);
         if is_late {
-            self.levels.late_positions(coded);
+            self.levels.late_step(coded);
         } else {
             let first = self.levels.surface.vertices;
             let new = new_positions(&coded.refined.surface, &self.map, fine, &positions, first);
             drop(positions);
-            self.levels.positions(&mut coder, coded, &new, self.rule);
+            self.levels.begin_step(coded, self.rule);
+            self.levels.positions(&mut coder, &new);
         }
         let kind = match kind {
             StepKind::Adaptive if is_late => LevelKind::Late,
@@ -254,7 +258,7 @@ impl Writer {
             StepKind::Sqrt3Odd => LevelKind::Sqrt3Odd,
             StepKind::Butterfly => LevelKind::Butterfly,
         };
-        self.finish(coder, kind, before);
+        self.finish(coder, kind, before, reach);
         Ok(())
     }
 
@@ -266,7 +270,8 @@ impl Writer {
         let known = new_positions(&self.levels.surface, &self.map, fine, &positions, first);
         drop(positions);
         let mut coder = Encoder::new();
-        self.levels.complete(&mut coder, &known);
+        self.levels.begin_late();
+        self.levels.positions(&mut coder, &known);
         self.position_bits += coder.bits();
         self.late_payload = Some(coder.finish());
     }
@@ -308,7 +313,7 @@ impl Writer {
         shown
     }
 
-    fn finish(&mut self, coder: Encoder, kind: LevelKind, before: u64) {
+    fn finish(&mut self, coder: Encoder, kind: LevelKind, before: u64, reach: usize) {
         self.position_bits +=
             coder.bits() - if kind == LevelKind::Base { self.connectivity_bits } else { before };
         let surface = &self.levels.surface;
@@ -330,7 +335,7 @@ impl Writer {
             faces: surface.real_faces(),
             error: container::round_error_up(error),
         });
-        self.payloads.push(coder.finish());
+        self.payloads.push(payload::assemble(coder.finish(), reach));
     }
 }
 

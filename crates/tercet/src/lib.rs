@@ -19,6 +19,8 @@
 //! Any mesh can be encoded and any bytes decoded: what cannot be done is an [`Error`], and nothing
 //! panics or asks for more memory than the [`Limits`] allow. Time and memory are linear in the mesh.
 
+#[cfg(feature = "remesh")]
+pub mod approximate;
 mod coding;
 mod container;
 mod decode;
@@ -39,7 +41,7 @@ mod subdivide;
 pub mod transport;
 pub mod verify;
 
-pub use container::VERSION as FORMAT_VERSION;
+pub use container::{Approximation, VERSION as FORMAT_VERSION};
 pub use decode::{Decoder, Info, Level, LevelInfo, decode};
 pub use effort::Effort;
 pub use encode::{EncodeOptions, Encoded, Progress, Progressive, encode, encode_with};

@@ -5,7 +5,7 @@
 
 mod common;
 
-use common::file::File;
+use common::file::{File, LOSSY};
 use common::holed;
 use common::{butterfly, sqrt3};
 use std::collections::BTreeSet;
@@ -14,7 +14,8 @@ use std::path::PathBuf;
 use tercet::io::{self, Format};
 use tercet::shapes::{annulus, grid, icosahedron, join, noisy, soup, torus};
 use tercet::{
-    Effort, EncodeOptions, Error, LevelScheme, Limits, Mesh, Precision, Progressive, Update, decode, encode,
+    Approximation, Decoder, Effort, EncodeOptions, Error, LevelScheme, Limits, Mesh, Precision, Progressive,
+    Update, decode, encode,
 };
 
 fn folder() -> PathBuf {
@@ -49,10 +50,24 @@ fn originals() -> Vec<(&'static str, Mesh, EncodeOptions)> {
         ("fast_boundary", noisy(&holed(), 0.01, 3), fast),
         ("fast_sqrt3", noisy(&sqrt3::refined(&grid(2, 3), 2), 0.01, 2), fast),
         ("binary_order_merges_leftovers", quantised(&cut, 64.0), ordered),
+        ("lossy", noisy(&torus(6, 5), 0.01, 8), lattice),
         ("decimal", quantised(&noisy(&annulus(11, 3), 0.02, 4), 1000.0), exact),
         // Of an encoder that knew √3 levels only: this torus divides by a butterfly step too.
         ("refined", noisy(&torus(10, 8), 0.02, 5), EncodeOptions { scheme: LevelScheme::Sqrt3, ..exact }),
     ]
+}
+
+/// A valid file. That of the name "lossy" bears the mark that the format document prints.
+fn valid(name: &str, mesh: &Mesh, options: &EncodeOptions) -> Vec<u8> {
+    let bytes = encode(mesh, options).unwrap().bytes;
+    if name != "lossy" {
+        return bytes;
+    }
+    let mut file = File::parse(&bytes);
+    file.start[0] |= LOSSY;
+    file.mark = vec![0xA0, 0x9C, 0x01, 0xBC, 0xB8, 0x02];
+    file.mark.extend([0xEF, 0xCD, 0xAB, 0x89, 0x67, 0x45, 0x23, 0x01, 0x00, 0x3F, 0x00, 0x40]);
+    file.bytes()
 }
 
 /// The mesh with its coordinates rounded to multiples of 1/`parts`, −0 kept.
@@ -149,7 +164,7 @@ fn the_encoder_still_writes_the_valid_files() {
     let names: BTreeSet<String> = originals.iter().map(|(name, ..)| (*name).to_owned()).collect();
     assert_eq!(names, stored("valid", "tct"));
     for (name, mesh, options) in originals {
-        let same = encode(&mesh, &options).unwrap().bytes == read(&format!("valid/{name}.tct"));
+        let same = valid(name, &mesh, &options) == read(&format!("valid/{name}.tct"));
         assert!(same, "{name}: after a change of the format write it anew: cargo xtask seeds");
     }
 }
@@ -180,6 +195,29 @@ fn the_valid_files_have_every_kind_of_level_section_and_precision() {
 }
 
 #[test]
+fn the_mark_of_a_lossy_file_is_told_and_decodes_nothing() {
+    let mesh = noisy(&torus(6, 5), 0.01, 8);
+    let options = EncodeOptions { bits: Some(10), ..EncodeOptions::default() };
+    let (plain, marked) = (valid("plain", &mesh, &options), valid("lossy", &mesh, &options));
+    let info = |bytes: &[u8]| {
+        let mut decoder = Decoder::new(Limits::default());
+        decoder.push(bytes);
+        decoder.info().unwrap().approximation
+    };
+    assert_eq!(info(&plain), None);
+    let printed = Approximation {
+        vertices: 20_000,
+        faces: 39_996,
+        digest: 0x0123_4567_89AB_CDEF,
+        rms: 0.5,
+        greatest: 2.0,
+    };
+    assert_eq!(info(&marked), Some(printed));
+    let [plain, marked] = [plain, marked].map(|bytes| decode(&bytes, &Limits::default()).unwrap());
+    assert_eq!(plain, marked);
+}
+
+#[test]
 #[ignore = "replaces the golden files: cargo xtask seeds"]
 fn write_the_golden_files() {
     for subfolder in ["valid", "invalid"] {
@@ -188,7 +226,7 @@ fn write_the_golden_files() {
         fs::create_dir_all(&subfolder).unwrap();
     }
     for (name, mesh, options) in originals() {
-        let bytes = encode(&mesh, &options).unwrap().bytes;
+        let bytes = valid(name, &mesh, &options);
         let mut ply = Vec::new();
         io::write(&decode(&bytes, &Limits::default()).unwrap(), Format::Ply, &mut ply).unwrap();
         fs::write(folder().join("valid").join(name).with_extension("ply"), ply).unwrap();

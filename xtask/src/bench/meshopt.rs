@@ -1,4 +1,4 @@
-//! meshoptimizer's vertex and index codecs followed by `zstd -19`, run by node.
+//! meshoptimizer's vertex and index codecs followed by `zstd -19`, and its simplification, run by node.
 
 use crate::process::{available, capture, command, debian_packages, root, target_dir};
 use anyhow::{Result, bail};
@@ -19,7 +19,7 @@ impl Program {
         }
         let folder = target_dir()?.join("peers");
         fs::create_dir_all(&folder)?;
-        for name in ["meshopt.mjs", "package.json"] {
+        for name in ["meshopt.mjs", "ply.mjs", "simplify.mjs", "package.json"] {
             fs::copy(root().join("xtask/peers").join(name), folder.join(name))?;
         }
         let mut install = command("npm", &["install", "--no-audit", "--no-fund", "--silent"]);
@@ -38,5 +38,15 @@ impl Program {
         zstd.arg(&packed).arg(&plain);
         capture(zstd)?;
         Ok(fs::metadata(packed)?.len())
+    }
+
+    /// Simplifies a mesh to about so many faces each: by their number, the meshes of kept and of moved vertices.
+    pub fn simplify(&self, ply: &Path, faces: &[u64], scratch: &Path) -> Result<Vec<(u64, [PathBuf; 2])>> {
+        let stem = scratch.join("simplified");
+        let mut node = command("node", &[]);
+        node.arg(self.0.join("simplify.mjs")).arg(ply).arg(&stem).args(faces.iter().map(u64::to_string));
+        capture(node)?;
+        let name = |faces: u64, kind: &str| PathBuf::from(format!("{}-{faces}-{kind}.ply", stem.display()));
+        Ok(faces.iter().map(|&faces| (faces, [name(faces, "kept"), name(faces, "moved")])).collect())
     }
 }

@@ -8,6 +8,7 @@
 mod draco;
 mod meshopt;
 mod ours;
+mod rate;
 mod report;
 
 use crate::arguments::Arguments;
@@ -35,6 +36,8 @@ struct Options {
     only: Option<Vec<String>>,
     bits: Vec<u8>,
     tables: Vec<String>,
+    /// Whether only some tables are made: the others stay in `BENCHMARKS.md` as they are.
+    some: bool,
     runs: usize,
     effort: String,
     write: bool,
@@ -45,12 +48,14 @@ impl Options {
         let mut arguments = Arguments::new(words);
         let given = arguments.value::<PathBuf>("--corpus")?;
         let named = || std::env::var_os("TERCET_CORPUS").map(PathBuf::from);
+        let tables = arguments.list("--tables")?;
         let options = Options {
             corpus: given.or_else(named).unwrap_or_else(|| root().join("../shared/models")),
             only: arguments.list("--only")?,
             bits: arguments.list("--bits")?.unwrap_or_else(|| vec![10, 12, 14]),
-            tables: arguments.list("--tables")?.unwrap_or_else(|| {
-                ["lattice", "sqrt3", "butterfly", "remesh", "exact"].map(String::from).to_vec()
+            some: tables.is_some(),
+            tables: tables.unwrap_or_else(|| {
+                ["lattice", "sqrt3", "butterfly", "remesh", "rate", "exact"].map(String::from).to_vec()
             }),
             runs: arguments.value("--runs")?.unwrap_or(5).max(1),
             effort: arguments.value("--effort")?.unwrap_or_else(|| "default".to_owned()),
@@ -79,7 +84,7 @@ pub fn run(words: &[String]) -> Result<()> {
     let ours = ours::Program::build(&options.effort)?;
     let scratch = Scratch::new()?;
     let subjects = subjects(&options, &ours, &scratch)?;
-    let mut text = report::opening(words);
+    let mut text = String::new();
     if options.wants("lattice") {
         for &bits in &options.bits {
             let rows = lattice_rows(&subjects, bits, options.runs, &ours, &scratch)?;
@@ -98,12 +103,24 @@ pub fn run(words: &[String]) -> Result<()> {
     if options.wants("remesh") {
         text += &report::remeshed(&remeshed_rows(&subjects, &ours, &scratch)?);
     }
+    if options.wants("rate") {
+        text += &report::rate(&rate::rows(&subjects, &ours, &scratch)?);
+    }
     if options.wants("exact") {
         text += &report::exact(&exact_rows(&subjects, &ours, &scratch)?);
     }
-    println!("\n{text}");
+    let opening = report::opening(words);
+    println!("\n{opening}{text}");
     if options.write {
-        fs::write(root().join("BENCHMARKS.md"), text).context("writing BENCHMARKS.md")?;
+        let file = root().join("BENCHMARKS.md");
+        let whole = match options.some {
+            false => opening + &text,
+            true => {
+                let before = fs::read_to_string(&file).context("reading BENCHMARKS.md")?;
+                report::merged(&before, &text, &report::origin(words))
+            }
+        };
+        fs::write(file, whole).context("writing BENCHMARKS.md")?;
     }
     Ok(())
 }

@@ -30,6 +30,16 @@ pub struct Remeshed {
     pub seconds: f64,
 }
 
+/// A lossy file.
+pub struct Approximated {
+    pub bytes: u64,
+    pub vertices: u64,
+    /// Whether it holds a remesh, not a mesh of the original's vertices.
+    pub remeshed: bool,
+    pub psnr: f64,
+    pub seconds: f64,
+}
+
 pub struct Decoded {
     pub vertices: u64,
     pub faces: u64,
@@ -90,6 +100,25 @@ impl Program {
             seconds: facts.number("seconds")?,
             peak_bytes: facts.number("peak_bytes")?,
         })
+    }
+
+    /// The best lossy file of at most so many bytes.
+    pub fn approximate(&self, mesh: &Path, out: &Path, bytes: u64) -> Result<Approximated> {
+        let mut task = self.task("approximate");
+        task.arg(mesh).arg(out).args(["bytes", &bytes.to_string(), &self.effort]);
+        let facts = Facts::of(&mut task)?;
+        Ok(Approximated {
+            bytes: facts.number("bytes")?,
+            vertices: facts.number("vertices")?,
+            remeshed: facts.number::<u8>("remeshed")? == 1,
+            psnr: facts.number("psnr")?,
+            seconds: facts.number("seconds")?,
+        })
+    }
+
+    /// The PSNR of a surface against the original, as `tercet metrics` tells it.
+    pub fn psnr(&self, original: &Path, mesh: &Path) -> Result<f64> {
+        Facts::of(self.task("compare").arg(original).arg(mesh))?.number("psnr")
     }
 
     pub fn decode(&self, file: &Path) -> Result<Decoded> {

@@ -1,6 +1,7 @@
 //! The tables of `BENCHMARKS.md`.
 
 use super::ours::Remeshed;
+use super::rate::RateRow;
 use crate::process::{capture, command};
 use std::fmt::Write;
 
@@ -59,8 +60,8 @@ impl ExactRow {
     }
 }
 
-/// How the tables were made and how to read them.
-pub fn opening(words: &[String]) -> String {
+/// The command and the machine: "Made by `…`.\nMachine: …".
+pub fn origin(words: &[String]) -> String {
     let first_line = |program: &str, arguments: &[&str]| {
         let output = capture(command(program, arguments)).unwrap_or_default();
         output.lines().next().unwrap_or("unknown").to_owned()
@@ -69,9 +70,20 @@ pub fn opening(words: &[String]) -> String {
     let cpu = cpu.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));
     let cores = std::thread::available_parallelism().map_or(0, |cores| cores.get());
     format!(
+        "Made by `{}`.\n\
+         Machine: {}, {cores} cores; {}; Draco {}.\n",
+        [&["cargo xtask bench".to_owned()], words].concat().join(" "),
+        cpu.map_or("unknown processor", |(_, name)| name),
+        first_line("rustc", &["--version"]),
+        first_line("dpkg-query", &["--show", "--showformat=${Version}", "draco"]),
+    )
+}
+
+/// How the tables were made and how to read them.
+pub fn opening(words: &[String]) -> String {
+    format!(
         "# Benchmarks\n\n\
-         Made by `{}`.\n\
-         Machine: {}, {cores} cores; {}; Draco {}.\n\n\
+         {}\n\
          - Sizes are bits per vertex of the input, everything counted; \"Draco\" is the smaller of its\n  \
            levels 7 and 10 on the same lattice, and \"size\" our bytes over its.\n\
          - Rates are ratios to Draco level 10 in the same run, the median of paired runs, each a new\n  \
@@ -79,11 +91,32 @@ pub fn opening(words: &[String]) -> String {
          - Memory is the whole process at its fullest, less what it had at its start, in bytes per vertex.\n\
          - \"kept\" is how many of the vertices Draco returns: it drops unreferenced ones and degenerate\n  \
            faces, and tears vertices on what is not an oriented manifold. We return all.\n",
-        [&["cargo xtask bench".to_owned()], words].concat().join(" "),
-        cpu.map_or("unknown processor", |(_, name)| name),
-        first_line("rustc", &["--version"]),
-        first_line("dpkg-query", &["--show", "--showformat=${Version}", "draco"]),
+        origin(words),
     )
+}
+
+/// The text `before` with the sections of `new` in place of those of the same titles, or at the end, each
+/// of them with its origin.
+pub fn merged(before: &str, new: &str, origin: &str) -> String {
+    let titled = |text: &str| -> Vec<(String, String)> {
+        let sections = text.split("\n## ").skip(1);
+        sections
+            .map(|section| section.split_once('\n').unwrap_or((section, "")))
+            .map(|(title, body)| (title.to_owned(), body.to_owned()))
+            .collect()
+    };
+    let mut sections = titled(before);
+    for (title, body) in titled(new) {
+        let body = format!("\n{origin}{body}");
+        match sections.iter_mut().find(|(known, _)| *known == title) {
+            Some((_, known)) => *known = body,
+            None => sections.push((title, body)),
+        }
+    }
+    let opening = before.split("\n## ").next().unwrap_or_default();
+    let end = |body: &str| body.trim_end_matches('\n').to_owned() + "\n";
+    let sections = sections.iter().map(|(title, body)| format!("\n## {title}\n{}", end(body)));
+    end(opening) + &sections.collect::<String>()
 }
 
 /// The table of one lattice.
@@ -161,6 +194,36 @@ pub fn remeshed(rows: &[RemeshedRow]) -> String {
     text
 }
 
+/// The table of lossy files.
+pub fn rate(rows: &[RateRow]) -> String {
+    let mut text = String::from(
+        "\n## Rate and distortion of lossy files\n\n\
+         The best file of at most so many bytes: `tercet encode --max-bytes`, and meshoptimizer's quadric simplification\n\
+         to any number of faces (vertices kept or moved, whichever is better) coded by Draco level 10 on any lattice of 6 to 14\n\
+         bits. PSNR against the original as `tercet metrics` tells it: 20 log10(diagonal / RMS).\n\n\
+         | mesh | at most | ours | holds | vertices | PSNR | seconds | peer | faces | bits | PSNR | gain |\n\
+         |---|--:|--:|---|--:|--:|--:|--:|--:|--:|--:|--:|\n",
+    );
+    for RateRow { mesh, budget, ours, peer } in rows {
+        writeln!(
+            text,
+            "| {mesh} | {budget} | {} | {} | {} | {:.2} | {:.0} | {} | {} | {} | {:.2} | **{:+.2}** |",
+            ours.bytes,
+            if ours.remeshed { "a remesh" } else { "its vertices" },
+            ours.vertices,
+            ours.psnr,
+            ours.seconds,
+            peer.bytes,
+            peer.faces,
+            peer.bits,
+            peer.psnr,
+            ours.psnr - peer.psnr,
+        )
+        .expect("a string takes every line");
+    }
+    text
+}
+
 /// The table of exact coding.
 pub fn exact(rows: &[ExactRow]) -> String {
     let mut text = String::from(
@@ -201,6 +264,16 @@ mod tests {
     fn the_geometric_mean_of_a_number_and_its_inverse_is_one() {
         assert!((geometric_mean([4.0, 0.25].into_iter()).unwrap() - 1.0).abs() < 1e-12);
         assert_eq!(geometric_mean(std::iter::empty()), None);
+    }
+
+    #[test]
+    fn some_tables_replace_those_of_their_titles_and_leave_the_others() {
+        let before = "# Benchmarks\n\nMade.\n\n## One\n\nold\n\n## Two\n\nkept\n";
+        let after = merged(before, "\n## One\n\nnew\n\n## Three\n\nmore\n", "Made so.\n");
+        assert_eq!(
+            after,
+            "# Benchmarks\n\nMade.\n\n## One\n\nMade so.\n\nnew\n\n## Two\n\nkept\n\n## Three\n\nMade so.\n\nmore\n"
+        );
     }
 
     #[test]

@@ -1,10 +1,13 @@
 //! `cargo xtask test`: every check of the project, the quick ones first.
 
+mod costs;
 mod dependencies;
 mod fuzz;
 mod portable;
 mod rust;
 mod web;
+
+pub use costs::record as record_costs;
 
 use crate::arguments::Arguments;
 use crate::process;
@@ -32,7 +35,7 @@ struct Stage {
     run: fn(&Setting) -> Result<Outcome>,
 }
 
-const STAGES: [Stage; 11] = [
+const STAGES: [Stage; 12] = [
     Stage { name: "format", run: rust::format },
     Stage { name: "clippy", run: rust::clippy },
     Stage { name: "docs", run: rust::docs },
@@ -40,6 +43,7 @@ const STAGES: [Stage; 11] = [
     Stage { name: "msrv", run: rust::msrv },
     Stage { name: "dependencies", run: dependencies::check },
     Stage { name: "readme", run: rust::readme },
+    Stage { name: "costs", run: costs::compare },
     Stage { name: "portable", run: portable::compare_digests },
     Stage { name: "web", run: web::package },
     Stage { name: "browser", run: web::browser },

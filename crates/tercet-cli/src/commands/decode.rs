@@ -40,7 +40,10 @@ pub fn decode(args: &DecodeArgs, limits: &Limits, console: &Console) -> Result<O
     let mut meter = console.meter();
     let mut best: Option<Level> = None;
     while !best.as_ref().is_some_and(|level| is_enough(level, &info, &args.goal)) {
-        let Some(level) = next_level(&mut feed, best.as_ref())? else { break };
+        let Some(level) = next_level(&mut feed, best.as_ref())? else {
+            best = feed.preview().or(best);
+            break;
+        };
         meter.show("decoding", feed.bytes, info.bytes);
         best = Some(level);
     }
@@ -103,7 +106,8 @@ fn is_within(info: &Info, most: f32) -> bool {
     !rounded || info.levels.last().is_none_or(|finest| finest.error <= most)
 }
 
-/// "level 3 of 0 to 7, 512 vertices, 1020 faces, error 0.5 %".
+/// "level 3 of 0 to 7, 512 vertices, 1020 faces, error 0.5 %"; of a level in part, how many of its vertices
+/// lie where they are expected.
 pub fn describe(level: &Level, info: &Info) -> String {
     let (vertices, faces) = (level.mesh.positions.len(), level.mesh.faces.len());
     let finest = info.levels.len().saturating_sub(1);
@@ -112,9 +116,12 @@ pub fn describe(level: &Level, info: &Info) -> String {
     } else {
         format!("level {} of 0 to {finest}", level.level)
     };
-    let error = match info.levels.get(level.level as usize) {
-        Some(level_info) if !level.restored => format!(", error {}", report::error(level_info.error)),
+    let rest = match info.levels.get(level.level as usize) {
+        Some(level_info) if !level.restored && (level.pending == 0 || level_info.kind == "late") => {
+            format!(", error {}", report::error(level_info.error))
+        }
+        Some(_) if level.pending > 0 => format!(", {} of them where they are expected", level.pending),
         _ => String::new(),
     };
-    format!("{which}, {vertices} vertices, {faces} faces{error}")
+    format!("{which}, {vertices} vertices, {faces} faces{rest}")
 }

@@ -1,10 +1,11 @@
 //! `tercet encode`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
+use tercet::approximate::{Approximated, Bound, Method, approximate};
 use tercet::io::Format;
-use tercet::{EncodeOptions, Encoded, Limits, Mesh};
+use tercet::{EncodeOptions, Encoded, Limits, Mesh, Scheme};
 
 use crate::args::{Effort, LevelScheme, Progressive, UpdateRule};
 use crate::console::Console;
@@ -21,6 +22,13 @@ pub struct EncodeArgs {
     /// every bit of every coordinate].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(4..=24))]
     pub bits: Option<u8>,
+    /// Lossy: the smallest file found whose surface is this near, as a part of the bounding box's diagonal: the
+    /// root mean square of distances, the larger of both directions, measured on the decoded mesh.
+    #[arg(long, value_name = "E", value_parser = args::error, conflicts_with_all = ["bits", "keep_order", "max_bytes"])]
+    pub max_error: Option<f32>,
+    /// Lossy: the nearest surface found that fits in so many bytes; with K, M or G, times 1024.
+    #[arg(long, value_name = "N", value_parser = args::size, conflicts_with_all = ["bits", "keep_order"])]
+    pub max_bytes: Option<u64>,
     /// Restore the order of vertices and faces too.
     #[arg(long)]
     pub keep_order: bool,
@@ -42,6 +50,14 @@ pub struct EncodeArgs {
     pub format: Option<Format>,
 }
 
+impl EncodeArgs {
+    /// What a lossy file is asked for.
+    fn bound(&self) -> Option<Bound> {
+        let error = self.max_error.map(|error| Bound::MaxError(error.into()));
+        error.or(self.max_bytes.map(Bound::MaxBytes))
+    }
+}
+
 pub fn encode(args: &EncodeArgs, limits: &Limits, console: &Console) -> Result<Outcome> {
     let output = args.output.clone().unwrap_or_else(|| files::with_suffix(&args.mesh, "tct"));
     let mesh = files::read_mesh(&args.mesh, args.format, limits, console)?;
@@ -53,10 +69,61 @@ pub fn encode(args: &EncodeArgs, limits: &Limits, console: &Console) -> Result<O
         scheme: args.scheme.into(),
         progressive: args.progressive.into(),
     };
+    if let Some(bound) = args.bound() {
+        return encode_lossy(args, &mesh, bound, &options, &output, limits, console);
+    }
     let encoded = encode_shown(&mesh, &options, console).with_context(|| files::name(&args.mesh))?;
     files::write_bytes(&encoded.bytes, &output)?;
     console.report(&summary(&encoded), &output)?;
     Ok(Outcome::Good)
+}
+
+fn encode_lossy(
+    args: &EncodeArgs,
+    mesh: &Mesh,
+    bound: Bound,
+    options: &EncodeOptions,
+    output: &Path,
+    limits: &Limits,
+    console: &Console,
+) -> Result<Outcome> {
+    let mut meter = console.meter();
+    let show = &mut |at: tercet::Progress| meter.show(at.stage, at.done, at.total);
+    let found = approximate(mesh, bound, options, limits, show);
+    drop(meter);
+    let found = found.with_context(|| files::name(&args.mesh))?;
+    if let Some(cause) = &found.not_remeshed {
+        console.warn(&files::name(&args.mesh), &format!("not remeshed, so only simplified: {cause}"));
+    }
+    files::write_bytes(&found.encoded.bytes, output)?;
+    console.report(&format!("{}\n{}", summary(&found.encoded), nearness(&found)), output)?;
+    Ok(Outcome::Good)
+}
+
+/// What a lossy file holds, and how near it is.
+fn nearness(found: &Approximated) -> String {
+    let what = match found.method {
+        Method::Exact => "the mesh itself, every bit of it".into(),
+        Method::Rounded => "the mesh itself on a lattice".into(),
+        Method::Simplified => "a simplified mesh".into(),
+        Method::Remeshed(scheme, steps) => {
+            let scheme = match scheme {
+                Scheme::Sqrt3 => "√3",
+                Scheme::Butterfly => "butterfly",
+            };
+            format!("a remesh of {steps} {scheme} steps")
+        }
+    };
+    let part = |length: f64| report::error((length / found.comparison.diagonal) as f32);
+    format!(
+        "{what}, the best of {} files tried\n\
+         distance from the mesh: RMS {}, greatest {} to {}, of the diagonal; PSNR {}",
+        found.trials,
+        part(found.comparison.rms()),
+        part(found.comparison.hausdorff()),
+        part(found.comparison.hausdorff_at_most()),
+        report::decibels(found.comparison.psnr()),
+    )
 }
 
 /// Encodes and shows how far that has come.

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use serde_json::{Value, json};
-use tercet::{Info, Limits, Precision};
+use tercet::{Approximation, Info, Limits, Precision};
 
 use crate::console::Console;
 use crate::feed::Feed;
@@ -38,14 +38,27 @@ fn size(args: &InfoArgs) -> Option<u64> {
 
 fn as_text(info: &Info) -> String {
     format!(
-        "version    {}\neffort     {}\nprecision  {}\norder      {}\nvertices   {}\nfaces      {}\n{}",
+        "version    {}\neffort     {}\nprecision  {}\norder      {}\nvertices   {}\nfaces      {}\n{}{}",
         info.version,
         report::effort(info.effort),
         report::precision(&info.precision),
         report::order(info),
         info.vertices,
         info.faces,
+        info.approximation.as_ref().map_or(String::new(), source),
         report::levels(info),
+    )
+}
+
+/// What a lossy file stands for, as a line.
+fn source(of: &Approximation) -> String {
+    format!(
+        "lossy      RMS {}, greatest at most {}, of the diagonal, from a mesh of {} vertices and {} faces, digest {:016x}\n",
+        report::error(of.rms),
+        report::error(of.greatest),
+        of.vertices,
+        of.faces,
+        of.digest,
     )
 }
 
@@ -61,6 +74,15 @@ fn as_json(info: &Info) -> Value {
             "error": level.error,
         })
     };
+    let lossy = info.approximation.as_ref().map(|of| {
+        json!({
+            "vertices": of.vertices,
+            "faces": of.faces,
+            "digest": format!("{:016x}", of.digest),
+            "rms": of.rms,
+            "greatest": of.greatest,
+        })
+    });
     json!({
         "version": info.version,
         "effort": report::effort(info.effort),
@@ -68,6 +90,7 @@ fn as_json(info: &Info) -> Value {
         "order_kept": info.order_kept,
         "vertices": info.vertices,
         "faces": info.faces,
+        "lossy": lossy,
         "bytes": info.bytes,
         "levels": info.levels.iter().map(level).collect::<Vec<_>>(),
     })

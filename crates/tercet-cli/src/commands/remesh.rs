@@ -34,7 +34,7 @@ pub struct RemeshArgs {
     /// Move new vertices along the predicted normal, the default: the smallest files.
     #[arg(long, conflicts_with = "relaxed")]
     pub normal: bool,
-    /// Move new vertices to the nearest point, and even the triangles out.
+    /// Even the triangles out at the end: larger files, more regular triangles.
     #[arg(long)]
     pub relaxed: bool,
     /// The format of MESH [default: by its suffix].

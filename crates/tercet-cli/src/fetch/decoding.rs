@@ -10,8 +10,16 @@ use super::announce::Announcer;
 /// Pieces of the file, each some ten kilobytes, that may wait for the decoder.
 const WAITING: usize = 64;
 
-/// The best level so far, and what is wrong with the bytes behind it.
-type Outcome = (Option<Level>, Option<anyhow::Error>);
+/// What came of the bytes.
+#[derive(Default)]
+pub struct Outcome {
+    /// The best level that is there as a whole.
+    pub best: Option<Level>,
+    /// The next one, as far as it is there.
+    pub preview: Option<Level>,
+    /// What is wrong with the bytes behind them.
+    pub damage: Option<anyhow::Error>,
+}
 
 /// A decoder that is fed from one side and announces levels at the other.
 pub struct Decoding {
@@ -39,7 +47,7 @@ impl Decoding {
     /// Waits until all bytes are decoded.
     pub async fn finish(self) -> Outcome {
         drop(self.pieces);
-        self.thread.await.unwrap_or_else(|error| (None, Some(error.into())))
+        self.thread.await.unwrap_or_else(|error| Outcome { damage: Some(error.into()), ..Outcome::default() })
     }
 }
 
@@ -57,9 +65,12 @@ fn decode(limits: Limits, mut waiting: mpsc::Receiver<Bytes>, announcer: &Announ
                     best = Some(level);
                 }
                 Ok(None) => break,
-                Err(damage) => return (best, Some(damage.into())),
+                Err(damage) => {
+                    let preview = decoder.preview();
+                    return Outcome { best, preview, damage: Some(damage.into()) };
+                }
             }
         }
     }
-    (best, None)
+    Outcome { best, preview: decoder.preview(), damage: None }
 }

@@ -25,7 +25,7 @@ pub use part::Part;
 pub use retry::Retries;
 pub use wanted::Wanted;
 
-use decoding::Decoding;
+use decoding::{Decoding, Outcome};
 use fault::Fault;
 
 /// Bytes of a file, as they come.
@@ -76,7 +76,7 @@ impl Source {
 
 /// What a transfer came to.
 pub struct Fetched {
-    /// The best level that arrived, if one did.
+    /// The best level that arrived, if one did, perhaps in part.
     pub best: Option<Level>,
     /// What the file says of itself, if its header arrived.
     pub info: Option<Info>,
@@ -160,14 +160,14 @@ impl Transfer {
             // A decoder that has ended early has found the bytes to be damaged.
             if fault.is_none() || progress.decoding.has_ended() {
                 let info = progress.info.take();
-                let (best, damage) = progress.decoding.finish().await;
+                let Outcome { best, preview, damage } = progress.decoding.finish().await;
                 let Some(damage) = damage else {
-                    return Ok(Fetched { best, info, part: self.part, failure: None });
+                    return Ok(Fetched { best: preview.or(best), info, part: self.part, failure: None });
                 };
                 let sound = best.as_ref().map(|level| level.level);
                 if damaged_before == Some(sound) {
                     let failure = Some(damage.context("damaged twice in the same place"));
-                    return Ok(Fetched { best, info, part: self.part, failure });
+                    return Ok(Fetched { best: preview.or(best), info, part: self.part, failure });
                 }
                 damaged_before = Some(sound);
                 self.part.truncate(sound_bytes(&best, info.as_ref()))?;
@@ -197,8 +197,8 @@ impl Transfer {
             }
         };
         let info = progress.info.take();
-        let (best, _) = progress.decoding.finish().await;
-        Ok(Fetched { best, info, part: self.part, failure: Some(failure) })
+        let Outcome { best, preview, .. } = progress.decoding.finish().await;
+        Ok(Fetched { best: preview.or(best), info, part: self.part, failure: Some(failure) })
     }
 
     /// A decoder that has seen what is there already.

@@ -108,3 +108,35 @@ fn a_mesh_beyond_the_memory_limit_is_refused() {
     let message = folder.failed("encode scan.ply --max-memory 64K");
     assert!(message.contains("scan.ply") && message.contains("limit"), "{message}");
 }
+
+#[test]
+fn lossy_files_keep_to_their_bounds_and_say_what_they_are() {
+    let folder = Folder::new("encode-lossy");
+    folder.write_mesh("scan.ply", &shapes::scan(2000, 1));
+    let text = folder.good("encode scan.ply --max-error 0.002 -o near.tct");
+    assert!(text.contains("distance from the mesh: RMS 0."), "{text}");
+    let metrics: serde_json::Value =
+        serde_json::from_str(&folder.good("metrics scan.ply near.tct --json")).unwrap();
+    let rms = metrics["rms"].as_f64().unwrap() / metrics["diagonal"].as_f64().unwrap();
+    assert!(rms <= 0.002, "{rms}");
+    folder.good("encode scan.ply --max-bytes 1K -o small.tct");
+    let info: serde_json::Value = serde_json::from_str(&folder.good("info small.tct --json")).unwrap();
+    assert!(info["bytes"].as_u64().unwrap() <= 1024);
+    assert_eq!(info["lossy"]["vertices"], 2000);
+    assert!(folder.good("info small.tct").contains("lossy      RMS "));
+    folder.good("encode scan.ply --bits 12 -o plain.tct");
+    let plain: serde_json::Value = serde_json::from_str(&folder.good("info plain.tct --json")).unwrap();
+    assert!(plain["lossy"].is_null());
+}
+
+#[test]
+fn lossy_bounds_exclude_each_other_and_what_they_decide() {
+    let folder = Folder::new("encode-lossy-refused");
+    folder.write_mesh("scan.ply", &shapes::scan(300, 1));
+    for other in ["--bits 12", "--keep-order", "--max-bytes 900"] {
+        assert_eq!(folder.run(&format!("encode scan.ply --max-error 0.01 {other}")).status, 2, "{other}");
+    }
+    let message = folder.failed("encode scan.ply --max-bytes 50");
+    assert!(message.contains("no lossy file of at most 50 bytes was found"), "{message}");
+    assert!(!folder.exists("scan.tct"));
+}

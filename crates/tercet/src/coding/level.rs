@@ -3,14 +3,15 @@
 use super::base::code_base;
 use super::flip::FlipModels;
 use super::model::number;
-use super::pass::{AxisOrder, Pass, Roughness};
+use super::pass::{AxisOrder, Pass, Progress, Roughness};
 use super::position::PositionModels;
 use super::predict::estimate;
 use super::relax::{ESTIMATE_BITS, precise, relax, rounded};
-use super::ring::{LATE, NEAR};
+use super::ring::{LATE, NEAR, Shares};
 use super::shape::Shapes;
 use super::split::SplitModels;
 use super::tabled::TableModels;
+use super::traversal::Traversal;
 use super::vector::{COORDINATE_LIMIT, Point, Vector};
 use crate::entropy::Coder;
 use crate::mesh::{NONE, Surface};
@@ -19,6 +20,7 @@ use crate::subdivide::{
     unlift_positions,
 };
 use crate::{Effort, Error, Limits, Result};
+use std::borrow::Cow;
 
 /// All models and the surface they have reached; the same in encoder and decoder.
 pub(crate) struct Levels {
@@ -33,6 +35,8 @@ pub(crate) struct Levels {
     rough: Vec<Roughness>,
     /// Where the positions of late levels are still to come.
     late: Option<Late>,
+    /// The pass over positions that is going on.
+    open: Option<Open>,
 }
 
 /// Vertices whose positions come after all levels.
@@ -56,30 +60,32 @@ impl Positions {
             Effort::Default | Effort::Max => Positions::Mixed(PositionModels::new()),
         }
     }
+}
 
-    /// Codes the positions of vertices `pass.first..`, those of `targets` when encoding; they are
-    /// appended to `positions`, which has those before. Time O(n).
-    fn code<C: Coder>(
-        &mut self,
-        coder: &mut C,
-        pass: &Pass,
-        targets: &[Point],
-        positions: &mut Vec<Point>,
-        rough: &mut [Roughness],
-    ) {
-        match self {
-            Positions::Mixed(models) => {
-                positions.extend_from_slice(targets);
-                positions.resize(pass.surface.vertices as usize, [0; 3]);
-                models.code(coder, pass, positions, rough);
-            }
-            Positions::Tables(models) => {
-                positions.extend(pass.estimates.iter().map(|&e| round(e)));
-                positions.resize(pass.surface.vertices as usize, [0; 3]);
-                let corners = pass.surface.any_corner_from(pass.first);
-                models.code(coder, pass, &corners, targets, positions, rough);
-            }
-        }
+/// A pass over positions that has begun and not ended.
+struct Open {
+    first: u32,
+    estimates: Vec<Vector>,
+    order: AxisOrder,
+    shares: &'static Shares,
+    bits: u32,
+    origin: Point,
+    progress: Progress,
+    lifted: Option<Lifted>,
+}
+
+/// An update to be undone when all details are known.
+struct Lifted {
+    coarse: Surface,
+    kind: StepKind,
+    rule: Update,
+}
+
+impl Lifted {
+    fn undo(&self, positions: &mut [Point]) {
+        unlift_positions(&self.coarse, self.kind, positions, self.rule);
+        let limit = COORDINATE_LIMIT;
+        positions.iter_mut().flatten().for_each(|x| *x = (*x).clamp(-limit, limit));
     }
 }
 
@@ -101,6 +107,7 @@ impl Levels {
             positions: Vec::new(),
             rough: Vec::new(),
             late: None,
+            open: None,
         }
     }
 
@@ -123,8 +130,8 @@ impl Levels {
         Ok(base.origin)
     }
 
-    /// Codes the base's positions, one entry a vertex when encoding, else ignored.
-    pub fn base_positions<C: Coder>(&mut self, coder: &mut C, positions: &[Point]) {
+    /// Begins the pass over the base's positions, one entry a vertex when encoding, else ignored.
+    pub fn begin_base<C: Coder>(&mut self, coder: &mut C, positions: &[Point]) {
         let virtuals = self.surface.virtuals as usize;
         let real = positions.get(virtuals..).unwrap_or_default();
         // An update may have pushed base vertices below the lattice.
@@ -139,18 +146,77 @@ impl Levels {
         let size = |p: &Point| (0..3).map(|k| p[k].wrapping_sub(origin[k]) as u32).max().unwrap_or(0);
         let largest = real.iter().map(size).max().unwrap_or(0);
         let bits = coder.raw(32 - largest.leading_zeros(), 5);
+        self.positions = vec![[0; 3]; virtuals];
+        self.begin(self.surface.virtuals, Vec::new(), AxisOrder::NormalLast, &NEAR);
+        if let Some(open) = &mut self.open {
+            (open.bits, open.origin) = (bits, origin);
+        }
+    }
+
+    /// Begins a pass over the positions of the vertices from `first` on, which have these estimates. Until
+    /// they are coded they lie there.
+    fn begin(&mut self, first: u32, estimates: Vec<Vector>, order: AxisOrder, shares: &'static Shares) {
+        let surface = &self.surface;
+        self.positions.truncate(first as usize);
+        self.positions.extend(estimates.iter().map(|&e| round(e)));
+        self.positions.resize(surface.vertices as usize, [0; 3]);
+        self.rough.resize(surface.vertices as usize, Roughness::START);
+        let by_support = order == AxisOrder::NormalLast && matches!(self.position, Positions::Mixed(_));
+        let traversal = if by_support {
+            Traversal::by_support(surface, first)
+        } else {
+            Traversal::by_number(surface, first)
+        };
+        let progress = Progress::new(traversal, estimates.len());
+        self.open =
+            Some(Open { first, estimates, order, shares, bits: 0, origin: [0; 3], progress, lifted: None });
+    }
+
+    /// Codes the positions of the pass that has begun, of `targets` when encoding: one entry a vertex of it.
+    /// Whether all are coded; if not, bytes are missing, and the next call goes on. Time O(n).
+    pub fn positions<C: Coder>(&mut self, coder: &mut C, targets: &[Point]) -> bool {
+        let Some(mut open) = self.open.take() else { return true };
         let pass = Pass {
             surface: &self.surface,
-            first: self.surface.virtuals,
-            estimates: &[],
-            order: AxisOrder::NormalLast,
-            shares: &NEAR,
-            bits,
-            origin,
+            first: open.first,
+            estimates: &open.estimates,
+            order: open.order,
+            shares: open.shares,
+            bits: open.bits,
+            origin: open.origin,
         };
-        self.positions = vec![[0; 3]; virtuals];
-        self.rough = vec![Roughness::START; self.surface.vertices as usize];
-        self.position.code(coder, &pass, real, &mut self.positions, &mut self.rough);
+        let (progress, positions, rough) = (&mut open.progress, &mut self.positions, &mut self.rough);
+        let done = match &mut self.position {
+            Positions::Mixed(models) => models.code(coder, &pass, progress, targets, positions, rough),
+            Positions::Tables(models) => models.code(coder, &pass, progress, targets, positions, rough),
+        };
+        match (done, &open.lifted) {
+            (false, _) => self.open = Some(open),
+            (true, Some(lifted)) => lifted.undo(&mut self.positions),
+            (true, None) => {}
+        }
+        done
+    }
+
+    /// How many vertices lie where they are expected: their positions are still to come.
+    pub fn pending(&self) -> u32 {
+        let late = self.late.as_ref().map_or(0, |late| late.estimates.len());
+        let open = self.open.as_ref().map_or(0, |open| open.progress.traversal.left());
+        (late + open) as u32
+    }
+
+    /// The positions as far as they are known: of vertices still to come where they are expected. Those of
+    /// virtual vertices are meaningless. Nothing while those of the base are being coded.
+    pub fn known_positions(&self) -> Option<Cow<'_, [Point]>> {
+        match &self.open {
+            Some(open) if open.estimates.is_empty() => None,
+            Some(Open { lifted: Some(lifted), .. }) => {
+                let mut positions = self.positions.clone();
+                lifted.undo(&mut positions);
+                Some(positions.into())
+            }
+            _ => Some((&self.positions).into()),
+        }
     }
 
     /// Codes the connectivity of a step. When encoding an `Adaptive` one, `split` and `flip` say
@@ -205,39 +271,25 @@ impl Levels {
         old.iter().copied().chain(step.estimates.iter().map(|&e| round(e))).collect()
     }
 
-    /// Codes the positions of the step's new vertices (`new` when encoding, in their order) and
-    /// makes its surface the current one.
-    pub fn positions<C: Coder>(&mut self, coder: &mut C, step: Step, new: &[Point], rule: Update) {
+    /// Makes the surface of a step the current one and begins the pass over its new vertices.
+    pub fn begin_step(&mut self, step: Step, rule: Update) {
         let first = self.surface.vertices;
-        let lifted = step.kind != StepKind::Adaptive && rule != Update::None;
         let coarse = std::mem::replace(&mut self.surface, step.refined.surface);
+        let kind = step.kind;
+        let order = if kind == StepKind::Adaptive { AxisOrder::NormalLast } else { AxisOrder::NormalFirst };
+        self.begin(first, step.estimates, order, &NEAR);
         // Only undoing an update asks for the coarse surface again.
-        let coarse = lifted.then_some(coarse);
-        self.rough.resize(self.surface.vertices as usize, Roughness::START);
-        let pass = Pass {
-            surface: &self.surface,
-            first,
-            estimates: &step.estimates,
-            order: if step.kind != StepKind::Adaptive {
-                AxisOrder::NormalFirst
-            } else {
-                AxisOrder::NormalLast
-            },
-            shares: &NEAR,
-            bits: 0,
-            origin: [0; 3],
-        };
-        self.position.code(coder, &pass, new, &mut self.positions, &mut self.rough);
-        if let Some(coarse) = coarse {
-            unlift_positions(&coarse, step.kind, &mut self.positions, rule);
-            let limit = COORDINATE_LIMIT;
-            self.positions.iter_mut().flatten().for_each(|x| *x = (*x).clamp(-limit, limit));
+        if let Some(open) = &mut self.open
+            && kind != StepKind::Adaptive
+            && rule != Update::None
+        {
+            open.lifted = Some(Lifted { coarse, kind, rule });
         }
     }
 
     /// Makes the surface of a late step the current one: its new vertices lie where they are
     /// expected, smoothed together with those of the late levels before.
-    pub fn late_positions(&mut self, step: Step) {
+    pub fn late_step(&mut self, step: Step) {
         let first = self.late.as_ref().map_or(self.surface.vertices, |late| late.first);
         let known = self.positions[..first as usize].iter().map(|&p| precise(p));
         let before = self.late.take().into_iter().flat_map(|late| late.estimates);
@@ -252,7 +304,6 @@ impl Levels {
         let estimates = points.split_off(first as usize);
         self.positions.truncate(first as usize);
         self.positions.extend(estimates.iter().map(|&p| rounded(p)));
-        self.rough.resize(self.surface.vertices as usize, Roughness::START);
         self.late = Some(Late { first, estimates });
     }
 
@@ -261,24 +312,14 @@ impl Levels {
         self.late.as_ref().map(|late| late.first)
     }
 
-    /// Codes the positions of the vertices of late levels (`known` when encoding, in their order).
-    pub fn complete<C: Coder>(&mut self, coder: &mut C, known: &[Point]) {
+    /// Begins the pass over the vertices of late levels.
+    pub fn begin_late(&mut self) {
         let Some(Late { first, estimates }) = self.late.take() else { return };
         let spare = FRACTION_BITS - ESTIMATE_BITS;
-        let estimates: Vec<Vector> = estimates.iter().map(|e| e.map(|x| (x as i64) << spare)).collect();
-        self.positions.truncate(first as usize);
+        let estimates = estimates.iter().map(|e| e.map(|x| (x as i64) << spare)).collect();
         // How far estimates are off is nothing that coarser levels could tell.
         self.position = Positions::new(self.effort);
-        let pass = Pass {
-            surface: &self.surface,
-            first,
-            estimates: &estimates,
-            order: AxisOrder::NormalLast,
-            shares: &LATE,
-            bits: 0,
-            origin: [0; 3],
-        };
-        self.position.code(coder, &pass, known, &mut self.positions, &mut self.rough);
+        self.begin(first, estimates, AxisOrder::NormalLast, &LATE);
     }
 }
 

@@ -9,6 +9,7 @@ mod flip;
 mod level;
 mod model;
 mod pass;
+pub(crate) mod payload;
 mod position;
 mod predict;
 mod relax;

@@ -1,8 +1,10 @@
 //! What a pass over the positions of a surface works on.
 
 use super::ring::Shares;
+use super::traversal::Traversal;
 use super::vector::{Point, Vector};
 use crate::mesh::Surface;
+use crate::subdivide::FRACTION_BITS;
 
 /// How far coding has been off around a vertex: in the surface and across it, in 1/256.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,4 +46,28 @@ pub(crate) struct Pass<'a> {
     /// Width of a coordinate where nothing near is known, and what is subtracted from it.
     pub bits: u32,
     pub origin: Point,
+}
+
+/// How far a pass has come.
+pub(crate) struct Progress {
+    pub traversal: Traversal,
+    /// By how much the estimates of the vertices coded so far were off, in 1/256; an entry for each
+    /// vertex that has one.
+    pub errors: Vec<[i32; 3]>,
+}
+
+impl Progress {
+    /// Of a pass that has not begun.
+    pub fn new(traversal: Traversal, estimates: usize) -> Self {
+        Progress { traversal, errors: vec![[0; 3]; estimates] }
+    }
+
+    /// Notes that the vertex at `corner`, the next one and the pass's `i`th, is coded to lie at `point`.
+    #[inline(always)]
+    pub fn advance(&mut self, pass: &Pass, corner: u32, i: usize, point: Point) {
+        if let Some(estimate) = pass.estimates.get(i) {
+            self.errors[i] = [0, 1, 2].map(|k| (((point[k] as i64) << FRACTION_BITS) - estimate[k]) as i32);
+        }
+        self.traversal.reach(pass.surface, corner);
+    }
 }

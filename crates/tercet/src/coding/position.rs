@@ -6,11 +6,10 @@
 //! follow in the order of the surface's normal: along the two axes that lie most nearly in the
 //! surface first, and on the last one every expectation is moved into the tangent plane.
 
-use super::pass::{AxisOrder, Pass, Roughness};
+use super::pass::{AxisOrder, Pass, Progress, Roughness};
 use super::residual::{EXPERTS, Expert, ResidualModels, Situation};
 use super::ring::{Neighbourhood, Ring};
 use super::scale::{Scale, ScaleCell, bin, ratio};
-use super::traversal::Traversal;
 use super::vector::{COORDINATE_LIMIT, Point, Vector};
 use crate::entropy::Coder;
 use crate::subdivide::FRACTION_BITS;
@@ -46,48 +45,47 @@ impl PositionModels {
         }
     }
 
-    /// Codes the positions of vertices `pass.first..`; `positions` and `rough` have an entry a
-    /// vertex, those to be coded meaningful only when encoding. Time O(n).
+    /// Codes the positions of the vertices of a pass that are left, those of `targets` when encoding, until
+    /// all are coded or bytes are missing; whether all are. `positions` and `rough` have an entry a vertex.
+    /// Time O(n).
     pub fn code<C: Coder>(
         &mut self,
         coder: &mut C,
         pass: &Pass,
+        progress: &mut Progress,
+        targets: &[Point],
         positions: &mut [Point],
         rough: &mut [Roughness],
-    ) {
-        let mut traversal = match pass.order {
-            AxisOrder::NormalLast => Traversal::by_support(pass.surface, pass.first),
-            AxisOrder::NormalFirst => Traversal::by_number(pass.surface, pass.first),
-        };
+    ) -> bool {
         let mut ring = Ring::default();
-        // Errors of the estimates, of the vertices coded so far.
-        let mut errors = vec![[0i32; 3]; pass.estimates.len()];
-        while let Some((v, corner)) = traversal.next() {
+        while let Some((v, corner)) = progress.traversal.next() {
             if coder.exhausted() {
                 // The caller refuses the level; what follows would only take time.
                 break;
             }
-            ring.gather(pass.surface, corner, traversal.known(), positions);
+            if !coder.is_ready() {
+                return false;
+            }
+            let known = progress.traversal.known();
+            ring.gather(pass.surface, corner, known, positions);
             let i = (v - pass.first) as usize;
+            let target = targets.get(i).copied().unwrap_or_default();
             let point = if ring.known() == 0 {
-                plain(coder, pass, positions[v as usize])
+                plain(coder, pass, target)
             } else {
-                let known = traversal.known();
-                let around =
-                    Neighbourhood::new(&ring, pass, known, positions, &errors, pass.estimates.get(i), rough);
-                let (point, off) = self.vertex(coder, &around, pass.order, positions[v as usize]);
+                let (errors, estimate) = (&progress.errors, pass.estimates.get(i));
+                let around = Neighbourhood::new(&ring, pass, known, positions, errors, estimate, rough);
+                let (point, off) = self.vertex(coder, &around, pass.order, target);
                 rough[v as usize] = off;
                 for &y in ring.vertices() {
                     rough[y as usize].blend(off);
                 }
                 point
             };
-            if let Some(estimate) = pass.estimates.get(i) {
-                errors[i] = [0, 1, 2].map(|k| (((point[k] as i64) << FRACTION_BITS) - estimate[k]) as i32);
-            }
             positions[v as usize] = point;
-            traversal.reach(pass.surface, corner);
+            progress.advance(pass, corner, i, point);
         }
+        true
     }
 
     fn vertex<C: Coder>(
@@ -178,10 +176,16 @@ pub(super) fn plain<C: Coder>(coder: &mut C, pass: &Pass, target: Point) -> Poin
     })
 }
 
-/// The axes in the order of coding.
+/// The axes in the order of coding: by the size of the normal's component, then by number.
 pub(super) fn axes(normal: Vector, order: AxisOrder) -> [usize; 3] {
+    let size = normal.map(i64::unsigned_abs);
     let mut axes = [0, 1, 2];
-    axes.sort_by_key(|&k| normal[k].unsigned_abs());
+    // A library's sort is larger than all the rest of a pass, which matters on the web.
+    for [before, after] in [[0, 1], [1, 2], [0, 1]] {
+        if size[axes[after]] < size[axes[before]] {
+            axes.swap(before, after);
+        }
+    }
     match order {
         AxisOrder::NormalLast => axes,
         AxisOrder::NormalFirst => [axes[2], axes[0], axes[1]],

@@ -6,7 +6,7 @@
 //! often repeat one nearby: the symbol that the nearest neighbour's would be, and that of the nearest
 //! parallelogram, each select an adaptive distribution, and the two are averaged.
 
-use super::pass::{AxisOrder, Pass, Roughness};
+use super::pass::{AxisOrder, Pass, Progress, Roughness};
 use super::position::{BOUNDARY, NORMAL, TANGENTIAL, axes, plain};
 use super::scale::{Scale, ScaleCell, bin};
 use super::vector::{COORDINATE_LIMIT, Point, Vector, cross, sub};
@@ -216,44 +216,47 @@ impl TableModels {
         }
     }
 
-    /// Codes the positions of vertices `pass.first..`, those of `targets` when encoding. `positions`
-    /// has an entry a vertex: of those to be coded the estimate, rounded, if there are any. Time O(n).
+    /// Codes the positions of the vertices of a pass that are left, those of `targets` when encoding, until
+    /// all are coded or bytes are missing; whether all are. They are visited in the order of their
+    /// numbers. `positions` and `rough` have an entry a vertex, the former of those to be coded the
+    /// estimate, rounded, if there are any. Time O(n).
     pub fn code<C: Coder>(
         &mut self,
         coder: &mut C,
         pass: &Pass,
-        corners: &[u32],
+        progress: &mut Progress,
         targets: &[Point],
         positions: &mut [Point],
         rough: &mut [Roughness],
-    ) {
-        let mut errors: Vec<[i32; 3]> = Vec::with_capacity(pass.estimates.len());
+    ) -> bool {
         let mut ring =
             Ring { members: [0; MOST], count: 0, neighbours: Points::EMPTY, parallelograms: Points::EMPTY };
-        for (i, &corner) in corners.iter().enumerate() {
+        while let Some((v, corner)) = progress.traversal.next() {
             if coder.exhausted() {
                 // The caller refuses the level; what follows would only take time.
                 break;
             }
-            let v = pass.first as usize + i;
-            let target = targets.get(i).copied().unwrap_or([0; 3]);
-            let around = look(pass, corner, v as u32, positions, &errors, rough, &mut ring);
+            if !coder.is_ready() {
+                return false;
+            }
+            let i = (v - pass.first) as usize;
+            let target = targets.get(i).copied().unwrap_or_default();
+            let around = look(pass, corner, v, positions, &progress.errors, rough, &mut ring);
             let point = match around {
                 None => plain(coder, pass, target),
                 Some(around) => {
                     let (point, off) = self.vertex(coder, &around, &ring, pass.order, target);
-                    rough[v] = off;
+                    rough[v as usize] = off;
                     for &y in &ring.members[..ring.count] {
                         rough[y as usize].blend(off);
                     }
                     point
                 }
             };
-            if let Some(estimate) = pass.estimates.get(i) {
-                errors.push([0, 1, 2].map(|k| (((point[k] as i64) << FRACTION_BITS) - estimate[k]) as i32));
-            }
-            positions[v] = point;
+            positions[v as usize] = point;
+            progress.advance(pass, corner, i, point);
         }
+        true
     }
 
     #[inline(always)]

@@ -26,7 +26,7 @@ pub(crate) struct Traversal {
     first: u32,
     /// For each vertex from `first` on its corner of the smallest number.
     corner: Vec<u32>,
-    /// The next vertex in the order of numbers, counted from `first`, if that is the order.
+    /// Vertices visited so far: in the order of numbers the next one, counted from `first`.
     cursor: usize,
     /// The vertices still to be visited, if they are visited by their support.
     queue: Option<Queue>,
@@ -60,6 +60,11 @@ impl Traversal {
     /// For each vertex whether its position is known.
     pub fn known(&self) -> &[bool] {
         &self.known
+    }
+
+    /// How many vertices are still to be visited.
+    pub fn left(&self) -> usize {
+        self.corner.len() - self.cursor
     }
 
     /// The vertex to be visited and a corner of it, if one is left.
@@ -229,6 +234,7 @@ mod tests {
                     assert_eq!(Some(of(v)), best.max());
                     traversal.reach(&surface, corner);
                     seen += 1;
+                    assert_eq!(traversal.left(), (surface.vertices - first - seen) as usize);
                 }
                 assert_eq!(seen, surface.vertices - first);
             }

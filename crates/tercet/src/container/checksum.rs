@@ -1,14 +1,17 @@
 //! CRC-32 as in PNG and zip (ISO-HDLC).
 //!
-//! One table of 1 KB: decoding a byte takes a thousand times longer than checking it, and on the web
-//! the 16 KB of a faster implementation would be a fifth of the decoder.
+//! One table of 1 KB, on the web none: decoding a byte takes a thousand times longer than checking it, and
+//! the 16 KB of a faster implementation would be a fifth of the web's decoder.
 
 use crc::{CRC_32_ISO_HDLC, Crc, Digest, Table};
 
-static CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
+type Tables = Table<{ if cfg!(target_arch = "wasm32") { 0 } else { 1 } }>;
+
+static CRC: Crc<u32, Tables> = Crc::<u32, Tables>::new(&CRC_32_ISO_HDLC);
 
 /// The checksum of bytes that come in portions.
-pub(super) struct Checksum(Digest<'static, u32, Table<1>>);
+#[derive(Clone)]
+pub(super) struct Checksum(Digest<'static, u32, Tables>);
 
 impl Default for Checksum {
     fn default() -> Self {
@@ -21,8 +24,9 @@ impl Checksum {
         self.0.update(bytes);
     }
 
-    pub(super) fn finish(self) -> u32 {
-        self.0.finalize()
+    /// Of the bytes so far.
+    pub(super) fn value(&self) -> u32 {
+        self.0.clone().finalize()
     }
 }
 
@@ -40,7 +44,7 @@ mod tests {
         let bytes: Vec<u8> = (0..1000u32).map(|i| ((i * i) >> 3) as u8).collect();
         let mut portions = Checksum::default();
         bytes.chunks(7).for_each(|portion| portions.update(portion));
-        assert_eq!(portions.finish(), crc32fast::hash(&bytes));
+        assert_eq!(portions.value(), crc32fast::hash(&bytes));
         assert_eq!(checksum(b"123456789"), 0xCBF4_3926);
     }
 }

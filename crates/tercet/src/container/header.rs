@@ -1,13 +1,16 @@
 //! The header: what the file holds, and the table of its sections.
 
+use super::approximation::Approximation;
 use super::fields::{Fields, malformed};
 use super::section::{self, Entry, LevelEntry, LevelKind, Part, Section, Supplement};
-use super::{unsupported, varint};
+use super::{piece, unsupported, varint};
 use crate::mesh::Precision;
 use crate::{Effort, Error, Limits, Result};
 
 /// Flag: vertices and faces come back in the order of the original.
 const ORDER_KEPT: u8 = 1;
+/// Flag: the mesh stands for another one, and the header says for which.
+const LOSSY: u8 = 2;
 /// Flags: the effort.
 const EFFORT: u8 = 3 << EFFORT_SHIFT;
 const EFFORT_SHIFT: u32 = 2;
@@ -25,6 +28,8 @@ pub(crate) struct Outline {
     pub(crate) vertices: u32,
     /// Faces of the original mesh.
     pub(crate) faces: u32,
+    /// What the original itself stands for, in a lossy file.
+    pub(crate) approximation: Option<Approximation>,
     /// The base, then each level above it; at least the base.
     pub(crate) levels: Vec<LevelEntry>,
     /// The sections after the levels, in the order of their types.
@@ -64,11 +69,16 @@ impl Outline {
             Effort::Fast => 1,
             Effort::Max => 2,
         };
-        let mut out = vec![effort << EFFORT_SHIFT | if self.order_kept { ORDER_KEPT } else { 0 }];
+        let order = if self.order_kept { ORDER_KEPT } else { 0 };
+        let lossy = if self.approximation.is_some() { LOSSY } else { 0 };
+        let mut out = vec![effort << EFFORT_SHIFT | lossy | order];
         varint::write(&mut out, STREAMS.into());
         self.precision.write(&mut out);
         varint::write(&mut out, self.vertices.into());
         varint::write(&mut out, self.faces.into());
+        if let Some(approximation) = &self.approximation {
+            approximation.write(&mut out);
+        }
         varint::write(&mut out, extents.len() as u64);
         let levels = self.levels.iter().map(|&level| Entry::Level(level));
         let supplements = self.supplements.iter().map(|&supplement| Entry::Supplement(supplement));
@@ -89,7 +99,7 @@ impl Header {
     pub(super) fn read(mut fields: Fields, offset: u64, limits: &Limits) -> Result<Header> {
         let flags = fields.byte("flags")?;
         let effort = match (flags & EFFORT) >> EFFORT_SHIFT {
-            _ if flags & !(ORDER_KEPT | EFFORT) != 0 => None,
+            _ if flags & !(ORDER_KEPT | LOSSY | EFFORT) != 0 => None,
             0 => Some(Effort::Default),
             1 => Some(Effort::Fast),
             2 => Some(Effort::Max),
@@ -106,6 +116,10 @@ impl Header {
             precision: Precision::read(&mut fields)?,
             vertices: section::read_count(&mut fields, "vertices")?,
             faces: section::read_count(&mut fields, "faces")?,
+            approximation: match flags & LOSSY {
+                0 => None,
+                _ => Some(Approximation::read(&mut fields)?),
+            },
             levels: Vec::new(),
             supplements: Vec::new(),
         };
@@ -142,7 +156,8 @@ fn read_table(fields: &mut Fields, outline: &mut Outline, mut offset: u64) -> Re
                 Part::Supplement(supplement)
             }
         };
-        let section = Section { part, offset, length, crc };
+        let payload = piece::check_length(length, || part.to_string())?;
+        let section = Section { part, offset, length, payload, crc };
         offset = section.end();
         sections.push(section);
     }

@@ -4,9 +4,11 @@
 //! level promises and whether its bytes arrived unharmed; what the bytes mean is the
 //! business of the coding. `spec/format.md` describes every field.
 
+mod approximation;
 mod checksum;
 mod fields;
 mod header;
+mod piece;
 mod precision;
 mod reader;
 mod section;
@@ -16,11 +18,15 @@ mod writer;
 #[cfg(test)]
 mod tests;
 
+pub use approximation::Approximation;
 #[cfg(feature = "transport")]
 pub(crate) use checksum::checksum;
 pub(crate) use header::{Header, Outline};
+
 pub(crate) use reader::Reader;
 pub(crate) use section::{LevelEntry, LevelKind, Part, Section, Supplement, UpdateRule, round_error_up};
+#[cfg(feature = "remesh")]
+pub(crate) use writer::mark;
 pub(crate) use writer::write;
 
 use crate::Error;
@@ -28,7 +34,7 @@ use crate::Error;
 /// The first bytes of a file. The first has its high bit set, so that no text begins like this.
 const MAGIC: [u8; 4] = [0x8A, b'T', b'C', b'T'];
 /// The version of the format that this build writes and reads.
-pub const VERSION: u8 = 5;
+pub const VERSION: u8 = 6;
 /// Most bytes that a header may take: thousands of sections, yet nothing to hold in memory.
 const MAX_HEADER: u64 = 1 << 16;
 /// Bytes of the CRC-32 after the header.

@@ -2,17 +2,34 @@
 
 use std::collections::VecDeque;
 
-use super::checksum::{Checksum, checksum};
+use super::checksum::checksum;
 use super::fields::Fields;
+use super::piece::Arrival;
 use super::section::{Part, Section, Supplement};
 use super::{CRC_BYTES, Header, MAGIC, MAX_HEADER, VERSION, varint};
 use crate::{Error, Limits, Result};
 
+/// The section to be read, as far as it is verified.
+pub(crate) struct Incoming<'a> {
+    pub(crate) part: Part,
+    /// The verified bytes of its payload.
+    pub(crate) bytes: &'a [u8],
+    /// Bytes of the whole payload.
+    pub(crate) length: u32,
+}
+
+impl Incoming<'_> {
+    /// Whether all of it is there.
+    pub(crate) fn is_whole(&self) -> bool {
+        self.bytes.len() == self.length as usize
+    }
+}
+
 /// Reads a file from bytes in portions of any size.
 ///
-/// Every section is given out once, in the order of the file, and only after its checksum
-/// has been verified. What comes out depends on the bytes alone, not on their portions:
-/// the verified sections before a fault, and then the fault, again and again.
+/// The sections come in the order of the file, and of each only what a checksum has verified. What
+/// comes out depends on the bytes alone, not on their portions: the verified pieces before a fault,
+/// and then the fault, again and again.
 ///
 /// Holds the header (64 KiB at most), the section in flight, and the sections that have
 /// arrived but not been taken; the memory for a section grows with the bytes that arrive,
@@ -24,7 +41,7 @@ pub(crate) struct Reader {
     header: Option<Header>,
     /// Index of the section in flight.
     index: usize,
-    flight: Flight,
+    flight: Arrival,
     ready: VecDeque<(Part, Vec<u8>)>,
     failure: Option<Error>,
 }
@@ -37,7 +54,7 @@ impl Reader {
             preamble: Vec::new(),
             header: None,
             index: 0,
-            flight: Flight::default(),
+            flight: Arrival::default(),
             ready: VecDeque::new(),
             failure: None,
         }
@@ -71,25 +88,40 @@ impl Reader {
         same
     }
 
-    /// Takes back a checksum's failure: the next byte to push is the damaged section's first, whose
-    /// place in the file is returned. `None` if that is not what failed.
+    /// Takes back a checksum's failure: the next byte to push is the first of the piece that did not
+    /// match, whose place in the file is returned. `None` if that is not what failed.
     pub(crate) fn discard_damaged(&mut self) -> Option<u64> {
         self.failure.take_if(|failure| matches!(failure, Error::Checksum { .. }))?;
-        // Nothing is held of the section: verifying it has taken its bytes, as parsing has the header's.
+        self.flight.retreat();
+        // Nothing is held of a damaged header: parsing it has taken its bytes.
         let section = self.header.as_ref().and_then(|header| header.sections.get(self.index));
-        Some(section.map_or(0, |section| section.offset))
+        Some(section.map_or(0, |section| section.offset + u64::from(self.flight.received())))
     }
 
-    /// The next section whose bytes are all there, or `None` if it needs more bytes or
-    /// there are no more sections. Optional sections are verified and passed over.
+    /// The section to be read, as far as it is verified, or `None` if nothing is there of it, or there are
+    /// no more sections. Optional sections are verified and passed over.
+    pub(crate) fn incoming(&self) -> Option<Incoming<'_>> {
+        if let Some((part, payload)) = self.ready.front() {
+            return Some(Incoming { part: *part, bytes: payload, length: payload.len() as u32 });
+        }
+        let section = self.header.as_ref()?.sections.get(self.index)?;
+        let bytes = self.flight.verified();
+        (!bytes.is_empty()).then_some(Incoming { part: section.part, bytes, length: section.payload })
+    }
+
+    /// Takes the first section that is there as a whole.
+    pub(crate) fn take(&mut self) -> Option<(Part, Vec<u8>)> {
+        self.ready.pop_front()
+    }
+
+    /// Fails if no section is there as a whole and none can come.
     ///
     /// # Errors
     /// The first fault in the file, once the sections before it are taken.
-    pub(crate) fn next_section(&mut self) -> Result<Option<(Part, Vec<u8>)>> {
-        match (self.ready.pop_front(), &self.failure) {
-            (Some(section), _) => Ok(Some(section)),
-            (None, Some(failure)) => Err(repeated(failure)),
-            (None, None) => Ok(None),
+    pub(crate) fn check(&self) -> Result<()> {
+        match &self.failure {
+            Some(failure) if self.ready.is_empty() => Err(repeated(failure)),
+            _ => Ok(()),
         }
     }
 
@@ -113,7 +145,7 @@ impl Reader {
             None => Ok(()),
             Some(section) => Err(Error::Truncated {
                 place: section.part.to_string(),
-                have: self.flight.received.into(),
+                have: self.flight.received().into(),
                 need: section.length.into(),
             }),
         }
@@ -122,7 +154,7 @@ impl Reader {
     /// Bytes reserved for the section in flight.
     #[cfg(test)]
     pub(super) fn memory(&self) -> usize {
-        self.flight.payload.capacity()
+        self.flight.memory()
     }
 
     fn accept(&mut self, bytes: &[u8]) -> Result<()> {
@@ -133,12 +165,15 @@ impl Reader {
         let Some(header) = &self.header else { return Ok(()) };
         // Not "while bytes are left": an empty section is complete without any.
         while let Some(section) = header.sections.get(self.index) {
-            rest = self.flight.take(section, rest);
-            if self.flight.received < section.length {
+            let keeps = !is_optional(section);
+            rest = self.flight.take(section.length, section.crc, keeps, rest).map_err(
+                |[stored, computed]| Error::Checksum { place: section.part.to_string(), stored, computed },
+            )?;
+            if self.flight.received() < section.length {
                 return Ok(());
             }
-            let payload = std::mem::take(&mut self.flight).verify(section)?;
-            self.ready.extend(payload.map(|payload| (section.part, payload)));
+            let payload = std::mem::take(&mut self.flight).into_payload();
+            self.ready.extend(keeps.then_some((section.part, payload)));
             self.index += 1;
         }
         match rest {
@@ -163,49 +198,6 @@ impl Reader {
             self.preamble.extend_from_slice(taken);
             bytes = rest;
         }
-    }
-}
-
-/// The section that is arriving.
-#[derive(Default)]
-struct Flight {
-    /// Bytes received; stays empty for an optional section.
-    payload: Vec<u8>,
-    received: u32,
-    crc: Checksum,
-}
-
-impl Flight {
-    /// Takes what belongs to `section` from the front of `bytes`, returns the rest.
-    fn take<'a>(&mut self, section: &Section, bytes: &'a [u8]) -> &'a [u8] {
-        let missing = section.length - self.received;
-        let count = missing.min(u32::try_from(bytes.len()).unwrap_or(u32::MAX));
-        let (taken, rest) = bytes.split_at(count as usize);
-        self.crc.update(taken);
-        self.received += count;
-        if !is_optional(section) {
-            self.reserve(taken.len(), section.length as usize);
-            self.payload.extend_from_slice(taken);
-        }
-        rest
-    }
-
-    /// Makes room for `more` bytes by doubling, but never for more than the section has.
-    fn reserve(&mut self, more: usize, length: usize) {
-        let (held, room) = (self.payload.len(), self.payload.capacity());
-        if room - held < more {
-            let wanted = room.saturating_mul(2).max(held + more).min(length);
-            self.payload.reserve_exact(wanted - held);
-        }
-    }
-
-    /// Checks a complete section; returns its bytes unless it is optional.
-    fn verify(self, section: &Section) -> Result<Option<Vec<u8>>> {
-        let computed = self.crc.finish();
-        if computed != section.crc {
-            return Err(Error::Checksum { place: section.part.to_string(), stored: section.crc, computed });
-        }
-        Ok((!is_optional(section)).then_some(self.payload))
     }
 }
 

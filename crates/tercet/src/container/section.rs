@@ -91,7 +91,9 @@ pub(crate) struct Section {
     pub(crate) offset: u64,
     /// Bytes.
     pub(crate) length: u32,
-    /// CRC-32 of the bytes.
+    /// Bytes without the checks between them.
+    pub(crate) payload: u32,
+    /// CRC-32 of the payload.
     pub(crate) crc: u32,
 }
 
@@ -239,11 +241,7 @@ impl LevelEntry {
         };
         let (vertices, faces) =
             (read_count(fields, "vertices of a level")?, read_count(fields, "faces of a level")?);
-        let code = u16::from_le_bytes(fields.array("geometric error")?);
-        if code > MAX_ERROR_CODE {
-            return Err(malformed("geometric error", format!("{code:#06x} is not a finite error")));
-        }
-        Ok(LevelEntry { kind, update, vertices, faces, error: error_value(code) })
+        Ok(LevelEntry { kind, update, vertices, faces, error: read_error(fields, "geometric error")? })
     }
 }
 
@@ -289,6 +287,15 @@ pub(super) fn read_count(fields: &mut Fields, name: &str) -> Result<u32> {
     Ok(count)
 }
 
+/// Reads an error as [`error_code`] writes it.
+pub(super) fn read_error(fields: &mut Fields, name: &str) -> Result<f32> {
+    let code = u16::from_le_bytes(fields.array(name)?);
+    if code > MAX_ERROR_CODE {
+        return Err(malformed(name, format!("{code:#06x} is not a finite error")));
+    }
+    Ok(error_value(code))
+}
+
 /// Fails if `count` vertices or faces are more than can be numbered.
 pub(super) fn check_count(count: u32, name: &str) -> Result<()> {
     if count > MAX_COUNT {
@@ -307,7 +314,7 @@ pub(crate) fn round_error_up(error: f32) -> f32 {
 
 /// The upper half of the bits of `error`, rounded up. `error` is finite and not negative,
 /// so its bits grow with its value; the sign of −0 is dropped.
-fn error_code(error: f32) -> u16 {
+pub(super) fn error_code(error: f32) -> u16 {
     let code = error.abs().to_bits().div_ceil(1 << 16);
     // The cast keeps the value: the minimum has 15 bits.
     code.min(MAX_ERROR_CODE.into()) as u16

@@ -10,6 +10,9 @@ type Arrived = Vec<(Part, Vec<u8>)>;
 
 const LATTICE: Precision = Precision::Lattice { bits: 12, origin: [-0.5, 0.25, 0.0], side: 1.5 };
 
+const SOURCE: Approximation =
+    Approximation { vertices: 20_000, faces: 39_996, digest: 0x0123_4567_89AB_CDEF, rms: 0.5, greatest: 2.0 };
+
 fn level(kind: LevelKind, vertices: u32, faces: u32, error: f32) -> LevelEntry {
     LevelEntry { kind, update: UpdateRule::None, vertices, faces, error }
 }
@@ -22,6 +25,7 @@ fn sample() -> (Outline, Vec<Vec<u8>>) {
         precision: LATTICE,
         vertices: 300,
         faces: 596,
+        approximation: Some(SOURCE),
         levels: vec![
             level(LevelKind::Base, 30, 56, 0.5),
             LevelEntry { update: UpdateRule::Third, ..level(LevelKind::Sqrt3Even, 88, 172, 0.125) },
@@ -58,12 +62,10 @@ fn read_in(portions: &[usize], mut bytes: &[u8], limits: Limits) -> (Arrived, Re
     while !bytes.is_empty() {
         let (portion, rest) = bytes.split_at(bytes.len().min(*sizes.next().unwrap()));
         reader.push(portion);
-        while let Ok(Some(section)) = reader.next_section() {
-            arrived.push(section);
-        }
+        arrived.extend(std::iter::from_fn(|| reader.take()));
         bytes = rest;
     }
-    let end = reader.next_section().map(|section| assert!(section.is_none())).and_then(|()| reader.finish());
+    let end = reader.check().and_then(|()| reader.finish());
     (arrived, reader, end)
 }
 
@@ -112,6 +114,7 @@ fn a_tiny_file_has_these_bytes() {
         precision: Precision::Decimal { exponent: 2, digits: 0, origin: [0, -1, 1] },
         vertices: 3,
         faces: 1,
+        approximation: None,
         levels: vec![level(LevelKind::Base, 3, 1, 0.0)],
         supplements: vec![Supplement::Merges],
     };
@@ -143,8 +146,31 @@ fn a_tiny_file_has_these_bytes() {
     assert_eq!(reader.header().unwrap().outline, outline);
 }
 
+#[test]
+fn the_mark_of_a_lossy_file_has_these_bytes() {
+    let mut mark = Vec::new();
+    SOURCE.write(&mut mark);
+    let printed = [
+        &[0xA0, 0x9C, 0x01][..],                           // vertices of the source
+        &[0xBC, 0xB8, 0x02],                               // faces of the source
+        &[0xEF, 0xCD, 0xAB, 0x89, 0x67, 0x45, 0x23, 0x01], // digest of the source
+        &[0x00, 0x3F],                                     // root mean square distance
+        &[0x00, 0x40],                                     // greatest distance
+    ];
+    assert_eq!(mark, printed.concat());
+    let header = [&[2u8][..], &TRIANGLE[1..], &mark, &[1], BASE].concat();
+    let (_, reader, end) = read(&with_header(&header));
+    end.unwrap();
+    assert_eq!(reader.header().unwrap().outline.approximation, Some(SOURCE));
+    // Without the mark that the flag announces, the table is taken for it.
+    let lacking = [&[2u8][..], &TRIANGLE[1..], &[1], BASE].concat();
+    assert!(matches!(failure(&with_header(&lacking)), Error::Format { .. }));
+    let infinite = [&[2u8][..], &TRIANGLE[1..], &mark[..14], &[0x80, 0x7F, 0, 0], &[1], BASE].concat();
+    assert!(matches!(failure(&with_header(&infinite)), Error::Format { .. }));
+}
+
 /// Checksum of the golden file's header, as printed in the format document.
-const HEADER_CRC: [u8; 4] = [0x66, 0x46, 0x28, 0xF8];
+const HEADER_CRC: [u8; 4] = [0x7E, 0x63, 0x89, 0xBC];
 
 #[test]
 fn sections_lie_end_to_end_behind_the_header() {
@@ -161,7 +187,7 @@ fn sections_lie_end_to_end_behind_the_header() {
 
 #[test]
 fn overhead_is_a_few_bytes() {
-    let mut outline = Outline { levels: vec![], supplements: vec![], ..sample().0 };
+    let mut outline = Outline { levels: vec![], supplements: vec![], approximation: None, ..sample().0 };
     let lattice = 1 + 1 + 3 * 4 + 8;
     for levels in 1..=6u32 {
         let vertices = 100 * levels;
@@ -195,9 +221,8 @@ fn a_section_is_given_out_with_its_last_byte() {
     let mut arrived = 0;
     for (i, &byte) in bytes.iter().enumerate() {
         reader.push(&[byte]);
-        while reader.next_section().unwrap().is_some() {
-            arrived += 1;
-        }
+        reader.check().unwrap();
+        arrived += std::iter::from_fn(|| reader.take()).count();
         let through = i as u64 + 1;
         let complete = sections.iter().filter(|s| through >= sections[0].offset && through >= s.end());
         let given = complete.filter(|s| s.part != Part::Supplement(Supplement::Optional(200)));
@@ -256,7 +281,7 @@ fn a_fault_is_reported_again_and_again() {
     assert_eq!(arrived.len(), 2);
     assert!(matches!(end, Err(Error::Checksum { place, .. }) if place == "level 2"));
     reader.push(&bytes);
-    assert!(matches!(reader.next_section(), Err(Error::Checksum { .. })));
+    assert!(matches!(reader.check(), Err(Error::Checksum { .. })));
     assert!(matches!(reader.finish(), Err(Error::Checksum { .. })));
 }
 
@@ -312,10 +337,11 @@ fn an_optional_section_of_any_length_takes_no_memory() {
     let bytes = with_table(&[&[2], BASE, &optional]);
     let mut reader = Reader::new(Limits { max_memory: 1 << 10 });
     reader.push(&bytes);
-    reader.push(&vec![0; 1 << 20]);
-    assert_eq!(reader.next_section().unwrap(), Some((Part::Level(0), vec![])));
-    assert_eq!(reader.next_section().unwrap(), None);
-    assert!(matches!(reader.finish(), Err(Error::Truncated { have: 0x10_0000, .. })));
+    reader.push(&[0; 4000]);
+    assert_eq!(reader.take(), Some((Part::Level(0), vec![])));
+    assert_eq!(reader.take(), None);
+    reader.check().unwrap();
+    assert!(matches!(reader.finish(), Err(Error::Truncated { have: 4000, .. })));
     assert_eq!(reader.memory(), 0);
 }
 
@@ -341,7 +367,6 @@ fn features_of_later_versions_are_unsupported() {
     };
     let kind = TRIANGLE.len() + 1 + 6;
     read(&changed(0, 1)).2.unwrap();
-    assert!(unsupported(&changed(0, 2)), "lossy");
     assert!(unsupported(&changed(0, 0x80)), "a reserved flag");
     assert!(unsupported(&changed(1, 2)), "two streams");
     assert!(unsupported(&changed(2, 4)), "a precision");
@@ -460,12 +485,19 @@ fn outlines() -> impl Strategy<Value = Outline> {
     );
     let optional = prop::collection::vec(128..=255u8, 0..3);
     let counts = (0..u32::MAX, 0..u32::MAX);
-    (any::<bool>(), precisions(), counts, level_lists(), known, optional).prop_map(
-        |(kept, precision, (vertices, faces), levels, mut supplements, mut optional)| {
+    let sources = (0..u32::MAX, 0..u32::MAX, any::<u64>(), 0.0f32..9.0, 0.0f32..9.0);
+    let sources = sources.prop_map(|(vertices, faces, digest, rms, greatest)| {
+        let [rms, greatest] = [rms, greatest].map(round_error_up);
+        Approximation { vertices, faces, digest, rms, greatest }
+    });
+    let approximations = prop::option::of(sources);
+    (any::<bool>(), precisions(), counts, approximations, level_lists(), known, optional).prop_map(
+        |(kept, precision, (vertices, faces), approximation, levels, mut supplements, mut optional)| {
             optional.sort();
             let order_kept = kept || supplements.contains(&Supplement::Order);
             supplements.extend(optional.into_iter().map(Supplement::Optional));
-            Outline { order_kept, effort: Effort::Max, precision, vertices, faces, levels, supplements }
+            let effort = Effort::Max;
+            Outline { order_kept, effort, precision, vertices, faces, approximation, levels, supplements }
         },
     )
 }

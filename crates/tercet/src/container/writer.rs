@@ -1,7 +1,12 @@
 //! Assembling a file.
 
 use super::checksum::checksum;
+use super::piece::{self, stored_length};
+#[cfg(feature = "remesh")]
+use super::{Approximation, Reader, round_error_up};
 use super::{CRC_BYTES, MAGIC, MAX_HEADER, Outline, VERSION, varint};
+#[cfg(feature = "remesh")]
+use crate::Limits;
 use crate::{Error, Result};
 
 /// A whole file: the header made from `outline`, then `payloads`, one for each of its
@@ -20,8 +25,9 @@ pub(crate) fn write(outline: &Outline, payloads: &[Vec<u8>]) -> Result<Vec<u8>> 
     outline.check()?;
     let mut extents = Vec::with_capacity(payloads.len());
     for payload in payloads {
-        let length = u32::try_from(payload.len())
-            .map_err(|_| too_large("bytes of a section", payload.len(), u32::MAX.into()))?;
+        let length = stored_length(payload.len());
+        let length =
+            u32::try_from(length).map_err(|_| too_large("bytes of a section", length, u32::MAX.into()))?;
         extents.push((length, checksum(payload)));
     }
     let header = outline.write(&extents);
@@ -29,7 +35,7 @@ pub(crate) fn write(outline: &Outline, payloads: &[Vec<u8>]) -> Result<Vec<u8>> 
         return Err(too_large("bytes of the header", header.len(), MAX_HEADER));
     }
 
-    let total: usize = payloads.iter().map(Vec::len).sum();
+    let total: usize = payloads.iter().map(|payload| stored_length(payload.len())).sum();
     let mut out = Vec::with_capacity(MAGIC.len() + 1 + 5 + header.len() + CRC_BYTES + total);
     out.extend(MAGIC);
     out.push(VERSION);
@@ -37,9 +43,32 @@ pub(crate) fn write(outline: &Outline, payloads: &[Vec<u8>]) -> Result<Vec<u8>> 
     out.extend(header);
     out.extend(checksum(&out).to_le_bytes());
     for payload in payloads {
-        out.extend_from_slice(payload);
+        piece::write(payload, &mut out);
     }
     Ok(out)
+}
+
+/// The file with the mark of a lossy one. The errors of its levels, which were against the mesh that it
+/// holds, grow by that mesh's own: so they hold against the source.
+///
+/// # Errors
+/// What is wrong with `file`.
+#[cfg(feature = "remesh")]
+pub(crate) fn mark(file: &[u8], approximation: Approximation) -> Result<Vec<u8>> {
+    let mut reader = Reader::new(Limits { max_memory: u64::MAX });
+    reader.push(file);
+    let mut payloads = Vec::new();
+    while let Some((_, payload)) = reader.take() {
+        payloads.push(payload);
+    }
+    reader.finish()?;
+    let header = reader.header().ok_or_else(|| Error::format("header", "incomplete"))?;
+    let mut outline = header.outline.clone();
+    for level in &mut outline.levels {
+        level.error = round_error_up(level.error + approximation.rms);
+    }
+    outline.approximation = Some(approximation);
+    write(&outline, &payloads)
 }
 
 fn too_large(what: &'static str, needed: usize, allowed: u64) -> Error {

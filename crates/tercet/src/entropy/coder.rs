@@ -34,13 +34,24 @@ pub(crate) trait Coder {
     fn exhausted(&self) -> bool {
         false
     }
+
+    /// Whether [`AHEAD`] more bytes can be read, or all that there are. A loop that can be resumed pauses
+    /// where they cannot.
+    fn is_ready(&self) -> bool {
+        true
+    }
 }
+
+/// Bytes that have to be there before a vertex is read: a multiple of what its three coordinates take,
+/// each fewer than 80 decisions of 16 bits at most.
+const AHEAD: usize = 1 << 10;
 
 /// No encoder leaves out more zero bytes than this, and no decoder has to supply more.
 const SUPPLIED: usize = 16;
 
-/// The interval is renormalised by whole words when it falls below this.
+/// The interval is renormalised by whole words, of so many bytes, when it falls below this.
 const LOW_RANGE: u64 = 1 << 32;
+const WORD: usize = 4;
 
 /// Writes decisions.
 pub(crate) struct Encoder {
@@ -57,6 +68,11 @@ impl Encoder {
     /// Bits written so far, rounded.
     pub fn bits(&self) -> u64 {
         8 * self.out.len() as u64 + self.range.leading_zeros() as u64
+    }
+
+    /// The bytes that a decoder has read when it has decoded what was coded so far.
+    pub fn reach(&self) -> usize {
+        self.out.len() + 2 * WORD
     }
 
     /// The bytes written, without up to [`SUPPLIED`] trailing zero bytes: a decoder adds them.
@@ -137,27 +153,58 @@ impl Coder for Encoder {
     }
 }
 
+/// Where a decoder stands: enough to go on when more bytes are there.
+#[derive(Clone, Copy)]
+pub(crate) struct Cursor {
+    code: u64,
+    range: u64,
+    at: usize,
+}
+
 /// Reads decisions; past the end of the bytes it reads zeros.
 pub(crate) struct Decoder<'a> {
     code: u64,
     range: u64,
     bytes: &'a [u8],
     at: usize,
+    /// Whether no more bytes will come.
+    whole: bool,
 }
 
 impl<'a> Decoder<'a> {
+    /// Reads all that was written.
     pub fn new(bytes: &'a [u8]) -> Self {
-        let mut decoder = Decoder { code: 0, range: u64::MAX, bytes, at: 0 };
+        Decoder::start(bytes, true)
+    }
+
+    /// Reads from the start of what was written, all of which is there if `whole`, else two words at least.
+    pub fn start(bytes: &'a [u8], whole: bool) -> Self {
+        let mut decoder = Decoder { code: 0, range: u64::MAX, bytes, at: 0, whole };
         decoder.code = (decoder.word() as u64) << 32;
         decoder.code |= decoder.word() as u64;
         decoder
     }
 
+    /// Goes on where another decoder stood; `bytes` begins with those that it had.
+    pub fn resume(Cursor { code, range, at }: Cursor, bytes: &'a [u8], whole: bool) -> Self {
+        Decoder { code, range, bytes, at, whole }
+    }
+
+    /// Where it stands.
+    pub fn cursor(&self) -> Cursor {
+        Cursor { code: self.code, range: self.range, at: self.at }
+    }
+
+    /// Bytes read so far.
+    pub fn reach(&self) -> usize {
+        self.at
+    }
+
     #[inline(always)]
     fn word(&mut self) -> u32 {
         let at = self.at;
-        self.at += 4;
-        match self.bytes.get(at..at + 4) {
+        self.at += WORD;
+        match self.bytes.get(at..at + WORD) {
             Some(word) => u32::from_be_bytes([word[0], word[1], word[2], word[3]]),
             None => self.tail(at),
         }
@@ -165,7 +212,7 @@ impl<'a> Decoder<'a> {
 
     #[cold]
     fn tail(&self, at: usize) -> u32 {
-        (0..4).fold(0, |w, i| w << 8 | self.bytes.get(at + i).copied().unwrap_or(0) as u32)
+        (0..WORD).fold(0, |w, i| w << 8 | self.bytes.get(at + i).copied().unwrap_or(0) as u32)
     }
 
     #[inline(always)]
@@ -219,7 +266,11 @@ impl Coder for Decoder<'_> {
     }
 
     fn exhausted(&self) -> bool {
-        self.at > self.bytes.len() + SUPPLIED
+        self.whole && self.at > self.bytes.len() + SUPPLIED
+    }
+
+    fn is_ready(&self) -> bool {
+        self.whole || self.at + AHEAD <= self.bytes.len()
     }
 }
 
@@ -287,6 +338,30 @@ mod tests {
         assert!(!decoder.exhausted());
         (0..100).for_each(|_| assert_eq!(decoder.raw(0, 16), 0));
         assert!(decoder.exhausted());
+    }
+
+    #[test]
+    fn a_decoder_pauses_where_bytes_are_missing_and_goes_on_from_there() {
+        let mut encoder = Encoder::new();
+        let mut reaches = Vec::new();
+        for i in 0..20_000u32 {
+            encoder.raw((i * i) & 0xffff, 16);
+            reaches.push(encoder.reach());
+        }
+        let bytes = encoder.finish();
+        let mut cursor = Decoder::start(&bytes[..8], false).cursor();
+        let mut read = 0;
+        for have in (8..bytes.len()).step_by(777).chain([bytes.len()]) {
+            let mut decoder = Decoder::resume(cursor, &bytes[..have], have == bytes.len());
+            while read < reaches.len() && decoder.is_ready() {
+                assert_eq!(decoder.raw(0, 16), ((read * read) & 0xffff) as u32);
+                assert_eq!(decoder.reach(), reaches[read]);
+                assert!(decoder.reach() <= have || have == bytes.len());
+                read += 1;
+            }
+            cursor = decoder.cursor();
+        }
+        assert_eq!(read, reaches.len());
     }
 
     #[test]

@@ -15,7 +15,7 @@ mod mixer;
 mod symbol;
 mod table;
 
-pub(crate) use coder::{Coder, Decoder, Encoder};
+pub(crate) use coder::{Coder, Cursor, Decoder, Encoder};
 pub(crate) use counter::Counter;
 pub(crate) use logistic::{LOGIT_LIMIT, log_expm1, log2_fixed, softplus, squash, stretch};
 pub(crate) use mixer::{Mixer, Opinions, error};

@@ -12,3 +12,5 @@ pub use compare::{Comparison, Deviation, MetricsOptions, Side, compare};
 pub use triangle_tree::{Closest, Hit, TriangleTree};
 
 pub(crate) use level_error::LevelErrors;
+#[cfg(feature = "remesh")]
+pub(crate) use sampling::samples;

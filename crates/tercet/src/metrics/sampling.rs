@@ -66,6 +66,18 @@ pub(super) fn for_each_sample(
     }
 }
 
+/// So many points of a surface; none if it has no area.
+#[cfg(feature = "remesh")]
+pub(crate) fn samples(tree: &TriangleTree, count: usize, seed: u64) -> Vec<Vector> {
+    let areas = Areas::new(tree);
+    let mut points = Vec::new();
+    if areas.total() > 0.0 {
+        points.reserve_exact(count);
+        for_each_sample(tree, &areas, count, seed, |p| points.push(p));
+    }
+    points
+}
+
 /// A point of a triangle, evenly distributed if `u` and `v` are in 0..1: the half of the parallelogram
 /// beyond the triangle is turned onto it.
 fn within([a, b, c]: [Vector; 3], u: f64, v: f64) -> Vector {

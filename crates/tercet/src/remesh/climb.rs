@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 
+use super::Tally;
 use super::creases::{Crease, CreaseVertex, split_creases};
 use super::original::{Contact, Original, area_vectors};
-use super::{Placement, Tally};
 use crate::Mesh;
 use crate::mesh::{Surface, next, prev};
 use crate::subdivide::{Scheme, StepKind, cut_edges, refine_regular, subdivide_surface};
@@ -39,7 +39,7 @@ pub(super) struct Level {
 
 impl Level {
     /// The next level. Linear time but for the searches.
-    pub fn climb(&self, original: &Original, placement: Placement, tally: &mut Tally) -> Option<Level> {
+    pub fn climb(&self, original: &Original, tally: &mut Tally) -> Option<Level> {
         let kind = self.scheme.kind(self.steps);
         let places: Vec<[f64; 3]> = self.positions.iter().map(|p| p.to_array()).collect();
         let (surface, predicted) = subdivide_surface(&self.surface, &places, kind)?;
@@ -65,7 +65,7 @@ impl Level {
             let normal = directions[v].normalize_or_zero();
             // The six faces around a new vertex have the area of two coarse ones; `size` is twice that.
             let reach = REACH * (size[v] / 2.0).sqrt();
-            let contact = place(original, placement, positions[v], normal, reach, tally);
+            let contact = place(original, positions[v], normal, reach, tally);
             if let Some(contact) = contact {
                 positions[v] = contact.at;
                 normals[v] = contact.normal;
@@ -142,19 +142,10 @@ impl Level {
     }
 }
 
-/// Where on the original a vertex belongs that is predicted at `p`.
-fn place(
-    original: &Original,
-    placement: Placement,
-    p: DVec3,
-    normal: DVec3,
-    reach: f64,
-    tally: &mut Tally,
-) -> Option<Contact> {
+/// Where on the original a vertex belongs that is predicted at `p`: along the normal or, where nothing is
+/// found there, at the nearest point.
+fn place(original: &Original, p: DVec3, normal: DVec3, reach: f64, tally: &mut Tally) -> Option<Contact> {
     let nearest = original.nearest_facing(p, normal, reach);
-    if placement == Placement::Relaxed {
-        return nearest;
-    }
     tally.rays += 1;
     let limit = nearest.map_or(reach, |n| reach.min(FAR * n.distance + 1e-9 * original.diagonal));
     let hit = original.shoot(p, normal, limit);

@@ -19,8 +19,11 @@ mod original;
 mod quadric;
 mod ring;
 mod search;
+mod shape;
 
 pub use input::Repairs;
+
+pub(crate) use shape::{Remesher, simplified};
 
 use crate::metrics::Comparison;
 use crate::{Error, Limits, Mesh, Progress, Result, Scheme};
@@ -59,7 +62,7 @@ pub const LEVELS_ERROR: f64 = 0.001;
 pub enum Placement {
     /// From their prediction along the predicted normal onto the mesh: the smallest details.
     Normal,
-    /// To the nearest point of the mesh, evened out at the end: the most regular triangles.
+    /// There too, but evened out within the surface at the end: the most regular triangles.
     Relaxed,
 }
 

@@ -109,7 +109,7 @@ impl Search<'_> {
         let [mut unfolded, _] = unfold(&mut level, original);
         let mut deviation = self.samples.measure(original, &level.mesh())?;
         while growth * level.mesh().faces.len() <= self.max_faces {
-            let Some(finer) = level.climb(original, options.placement, &mut rays) else { break };
+            let Some(finer) = level.climb(original, &mut rays) else { break };
             level = finer;
             let [found, left] = unfold(&mut level, original);
             unfolded += found;

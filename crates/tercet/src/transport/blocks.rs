@@ -127,7 +127,7 @@ fn header(file: &[u8]) -> Result<Header> {
     let mut reader = Reader::new(Limits { max_memory: u64::MAX });
     reader.push(&file[..file.len().min(HEADER_ROOM)]);
     let Some(header) = reader.header() else {
-        reader.next_section()?;
+        reader.check()?;
         reader.finish()?;
         return Err(Error::format("header", "incomplete"));
     };

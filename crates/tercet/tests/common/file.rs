@@ -9,6 +9,8 @@ pub struct File {
     pub start: Vec<u8>,
     pub vertices: u32,
     pub faces: u32,
+    /// The mark of a lossy file; empty without.
+    pub mark: Vec<u8>,
     pub sections: Vec<Section>,
 }
 
@@ -26,6 +28,9 @@ pub struct LevelFields {
     pub faces: u32,
     pub error: [u8; 2],
 }
+
+/// The flag of a lossy file.
+pub const LOSSY: u8 = 2;
 
 impl File {
     pub fn parse(bytes: &[u8]) -> File {
@@ -45,6 +50,12 @@ impl File {
         }
         let start = bytes[first..at.at].to_vec();
         let (vertices, faces) = (at.varint() as u32, at.varint() as u32);
+        let mark = at.at;
+        if start[0] & LOSSY != 0 {
+            at.skip_varints(2);
+            at.skip(8 + 2 + 2);
+        }
+        let mark = bytes[mark..at.at].to_vec();
         let sections = (0..at.varint())
             .map(|_| {
                 let kind = at.byte();
@@ -63,14 +74,15 @@ impl File {
             .collect();
         assert_eq!(at.at, first + header);
         assert_eq!(body, bytes.len());
-        File { magic: bytes[..5].to_vec(), start, vertices, faces, sections }
+        File { magic: bytes[..5].to_vec(), start, vertices, faces, mark, sections }
     }
 
     pub fn bytes(&self) -> Vec<u8> {
         let mut header = self.start.clone();
-        for count in [self.vertices, self.faces, self.sections.len() as u32] {
-            varint(&mut header, count);
-        }
+        varint(&mut header, self.vertices);
+        varint(&mut header, self.faces);
+        header.extend(&self.mark);
+        varint(&mut header, self.sections.len() as u32);
         for section in &self.sections {
             header.push(section.kind);
             varint(&mut header, section.payload.len() as u32);

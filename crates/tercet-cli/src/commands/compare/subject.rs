@@ -1,8 +1,8 @@
 //! A mesh that a scheme fits: the given one, or one resampled from it.
 
 use anyhow::{Context, Result};
-use tercet::metrics::TriangleTree;
-use tercet::{EncodeOptions, Encoded, Level, LevelScheme, Limits, Mesh, Scheme, Update, subdivide};
+use tercet::remesh::{Goal, RemeshOptions, remesh};
+use tercet::{EncodeOptions, Encoded, Level, LevelScheme, Limits, Mesh, Progress, Scheme, Update};
 
 use super::Plan;
 use crate::commands::encode_shown;
@@ -25,29 +25,23 @@ pub struct Subject {
 }
 
 impl Subject {
-    /// The given mesh, if a reverse step of the scheme applies to it; otherwise a coarse level of it,
-    /// refined by the scheme, whose new vertices are moved to the nearest points of the mesh.
+    /// The given mesh, if a reverse step of the scheme applies to it; otherwise its remesh.
     pub fn new(mesh: &Mesh, scheme: Scheme, plan: Plan, limits: &Limits, console: &Console) -> Result<Self> {
         let origin = "the mesh as it is".to_string();
         let own = Subject::encode(mesh.clone(), scheme, (false, origin), plan, limits, console)?;
         if own.steps > 0 {
             return Ok(own);
         }
-        let growth = match scheme {
-            Scheme::Sqrt3 => 3,
-            Scheme::Butterfly => 4,
-        };
-        let most = mesh.positions.len() / usize::pow(growth, plan.levels);
-        let fits = |level: &&Level| level.mesh.positions.len() <= most;
-        let base = own.levels.iter().take_while(fits).last().or(own.levels.first()).context("no level")?;
-        let fine = resample(base, mesh, scheme, plan.levels, limits)?;
+        let wanted = RemeshOptions { scheme, goal: Goal::Levels(plan.levels), ..RemeshOptions::default() };
+        let mut meter = console.meter();
+        let mut show = |at: Progress| meter.show(at.stage, at.done, at.total);
+        let fine = remesh(mesh, &wanted, limits, &mut show).context("resampling")?;
         let origin = format!(
-            "resampled, since it does not have the connectivity: level {}, {} vertices, refined in {} steps onto it",
-            base.level,
-            base.mesh.positions.len(),
-            plan.levels
+            "resampled, since it does not have the connectivity: a base of {} vertices, refined in {} steps onto it",
+            fine.base_vertices, fine.levels
         );
-        Subject::encode(fine, scheme, (true, origin), plan, limits, console)
+        drop(meter);
+        Subject::encode(fine.mesh, scheme, (true, origin), plan, limits, console)
     }
 
     fn encode(
@@ -94,16 +88,4 @@ fn kind(scheme: Scheme) -> &'static str {
         Scheme::Sqrt3 => "sqrt3",
         Scheme::Butterfly => "butterfly",
     }
-}
-
-/// A level refined by a scheme, its vertices on the surface of `mesh`.
-fn resample(base: &Level, mesh: &Mesh, scheme: Scheme, steps: u32, limits: &Limits) -> Result<Mesh> {
-    let tree = TriangleTree::new(mesh)?;
-    let mut fine = subdivide(&base.mesh, scheme, steps, limits)?;
-    for p in &mut fine.positions {
-        if let Some(closest) = tree.closest(p.map(f64::from)) {
-            *p = closest.point.map(|x| x as f32);
-        }
-    }
-    Ok(fine)
 }

@@ -25,7 +25,7 @@ mod tests;
 
 use super::{Levels, Point};
 use crate::entropy::{Coder, Decoder, Encoder};
-use crate::mesh::{Lattice, Mesh};
+use crate::mesh::{Lattice, Mesh, Surface};
 use crate::{Error, Limits, Precision, Result};
 pub(crate) use estimate::exact_lattice;
 use merges::Merged;
@@ -65,7 +65,7 @@ pub(crate) fn write(levels: &Levels, precision: &Precision, original: Original) 
     let mesh = original.mesh;
     let lattice = Lattice::new(precision);
     let mut sections = Supplements::default();
-    let mut draft = Draft::new(levels);
+    let mut draft = Draft::new(&levels.surface, &levels.positions);
     let mut source = original.source;
     if source.len() + original.loose.len() > mesh.positions.len() {
         let mut coder = Encoder::new();
@@ -119,7 +119,7 @@ pub(crate) fn read(
 ) -> Result<Mesh> {
     let bytes_each = if sections.order.is_some() { BYTES_PER_ORDERED_ELEMENT } else { BYTES_PER_ELEMENT };
     limits.check("bytes of the mesh", vertices as u64 + faces as u64, bytes_each)?;
-    let mut draft = Draft::new(levels);
+    let mut draft = Draft::new(&levels.surface, &levels.positions);
     if let Some(bytes) = &sections.merges {
         draft.code_merges(&mut Decoder::new(bytes), levels, &[], 0);
     }
@@ -155,9 +155,9 @@ pub(crate) fn coordinates(points: &[Point], precision: &Precision) -> Vec<[f32; 
     points.iter().map(|&q| lattice.value(q)).collect()
 }
 
-/// The finest of `levels` as it is.
-pub(crate) fn surface_mesh(levels: &Levels, precision: &Precision) -> Mesh {
-    let draft = Draft::new(levels);
+/// The real part of a level as it is, with these `positions`.
+pub(crate) fn surface_mesh(surface: &Surface, positions: &[Point], precision: &Precision) -> Mesh {
+    let draft = Draft::new(surface, positions);
     Mesh { positions: coordinates(&draft.points, precision), faces: draft.faces }
 }
 
@@ -168,13 +168,12 @@ struct Draft {
 }
 
 impl Draft {
-    /// The real vertices and faces of the finest level.
-    fn new(levels: &Levels) -> Self {
-        let surface = &levels.surface;
+    /// The real vertices and faces of a level.
+    fn new(surface: &Surface, positions: &[Point]) -> Self {
         let virtuals = surface.virtuals;
         let real = (0..surface.faces()).filter(|&f| !surface.is_virtual_face(f));
         Draft {
-            points: levels.positions[virtuals as usize..].to_vec(),
+            points: positions[virtuals as usize..].to_vec(),
             faces: real.map(|f| surface.face(f).map(|v| v - virtuals)).collect(),
         }
     }
