@@ -10,8 +10,8 @@ const HEAD = 12;
 /** Milliseconds for the first word: where a proxy lets no WebSocket pass, nothing ever comes. */
 const GREETING = 10_000;
 /** A browser takes whatever comes: beyond the first, the server is asked to wait until the second. */
-const MOST_WAITING = 1 << 16;
-const FEW_WAITING = 1 << 14;
+const MOST_WAITING = 1 << 15;
+const FEW_WAITING = 1 << 13;
 
 export interface SessionOptions extends RangeOptions {
   /** How far to go. */

@@ -14,7 +14,7 @@ async function openFile(file: File): Promise<void> {
   try {
     viewer.open(await fromFile(file));
   } catch (error) {
-    viewer.fail(error);
+    viewer.fail(error, file);
   }
 }
 

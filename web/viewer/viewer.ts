@@ -33,6 +33,7 @@ export class Viewer {
 
   constructor(private readonly view: View) {
     panel.setPicture(this.picture);
+    panel.setFigures(undefined, undefined);
   }
 
   /** Loads a mesh, in place of the one before. */
@@ -63,7 +64,7 @@ export class Viewer {
     this.stream = stream;
     stream.done.then(
       () => this.model === model && this.finish(),
-      (error: unknown) => this.model === model && this.fail(error),
+      (error: unknown) => this.model === model && this.fail(error, source),
     );
   }
 
@@ -72,10 +73,11 @@ export class Viewer {
     if (this.source) this.open(this.source);
   }
 
-  /** Says that a mesh could not be had. */
-  fail(error: unknown): void {
+  /** Says what went wrong; with a mesh, under its name rather than its address. */
+  fail(error: unknown, of?: Partial<Source>): void {
     this.endWaiting();
-    panel.say(error instanceof Error ? error.message : String(error), "failure");
+    const message = error instanceof Error ? error.message : String(error);
+    panel.say(of ? `${of.name}: ${message.replace(`${of.url}: `, "")}` : message, "failure");
     this.setState(this.shown ? "failed" : "empty");
   }
 

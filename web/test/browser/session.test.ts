@@ -53,7 +53,7 @@ test("a page asks by the command protocol where it is told to", async () => {
 });
 
 test("a session that breaks is resumed where it broke", async () => {
-  const weak = await breaking(server.address, "GET /ws/", [25_000, 45_000]);
+  const weak = await breaking(server.address, "GET /ws/", [20_000, 20_000]);
   const { page, errors, close } = await visit(browser, view(weak.address + name));
   await reach(page, "done");
   const { levels, mishaps } = await told(page);

@@ -158,7 +158,11 @@ test("a damaged level is reported and asked for again", async () => {
 test("a file that cannot be had is said so", async () => {
   const { page, close } = await visit(browser, view("/missing.tct"));
   await page.waitForSelector("#toast.failure:not([hidden])");
-  assert.match(await page.innerText("#toast"), /404/);
+  assert.equal(await page.innerText("#toast"), "missing.tct: 404 Not Found: there is no such file");
+  assert.ok(await page.isDisabled("#finer"));
+  // What went wrong does not hide what can be done.
+  const [toast, button] = [await page.locator("#toast").boundingBox(), await page.locator("#choose").boundingBox()];
+  assert.ok(toast!.y + toast!.height < button!.y);
   await close();
 });
 
@@ -185,6 +189,7 @@ test("a dropped .tct file is decoded, a dropped mesh file encoded first", async 
   assert.equal(await page.innerText("#vertices"), "4");
   await drop(page, "broken.ply", Buffer.from("ply\nnonsense\n"));
   await page.waitForSelector("#toast.failure:not([hidden])");
+  assert.match(await page.innerText("#toast"), /^broken\.ply: /);
   assert.deepEqual(errors, []);
   await close();
 });

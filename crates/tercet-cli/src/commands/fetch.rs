@@ -118,7 +118,7 @@ fn output(args: &FetchArgs) -> Result<PathBuf> {
     let name = percent_encoding::percent_decode_str(name).decode_utf8_lossy();
     let stem = Path::new(name.as_ref())
         .file_name()
-        .context("the address names no file: say which to write with -o")?;
+        .with_context(|| format!("{}: the address names no file: say which to write with -o", args.url))?;
     let suffix = args.format.map_or("ply", |format| format.name());
     let output = Path::new(stem).with_extension(suffix);
     if output.exists() {

@@ -68,6 +68,9 @@ fn is_url(what: &str) -> bool {
 /// Puts the file into the store; the result is the name of what is served.
 async fn load(args: &ViewArgs, limits: &Limits, store: &InMemory) -> Result<String> {
     let path = PathBuf::from(&args.what);
+    if path.is_dir() {
+        bail!("{}: a folder: tercet serve shows what is in it", args.what);
+    }
     let mut bytes = Vec::new();
     files::open(&path)?.take(limits.max_memory).read_to_end(&mut bytes).with_context(|| args.what.clone())?;
     let (stored, served) = names(&path, args.format)?;

@@ -1,5 +1,6 @@
 //! What can go wrong on the way, by what is to be done about it.
 
+use std::error::Error;
 use std::io;
 use std::time::Duration;
 
@@ -56,6 +57,18 @@ impl From<reqwest::Error> for Fault {
         if error.is_builder() || error.is_redirect() {
             return Fault::Fatal(error.into());
         }
+        if error.is_connect() {
+            // Each layer below says once more that it could not connect.
+            return Fault::transient(anyhow!("cannot connect: {}", root(&error)));
+        }
         Fault::transient(error)
+    }
+}
+
+/// What an error comes from.
+fn root(error: &dyn Error) -> &dyn Error {
+    match error.source() {
+        Some(source) => root(source),
+        None => error,
     }
 }

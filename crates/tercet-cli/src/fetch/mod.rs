@@ -153,10 +153,11 @@ impl Transfer {
                     }
                 }
                 Some(Fault::Transient { cause, wait }) => {
-                    self.announcer.warn(&format!("{cause:#}: trying again"));
-                    if !self.retries.again(wait).await {
+                    if !self.retries.are_left() {
                         break cause;
                     }
+                    self.announcer.warn(&format!("{cause:#}; trying again"));
+                    self.retries.again(wait).await;
                 }
                 Some(Fault::Fatal(cause)) => break cause,
                 None => {}

@@ -25,9 +25,14 @@ impl Retries {
         self.done = 0;
     }
 
+    /// Whether another try is allowed.
+    pub fn are_left(&self) -> bool {
+        self.done < self.most
+    }
+
     /// Waits before the next try, at least as long as the server wants; false if that was the last.
     pub async fn again(&mut self, wanted: Option<Duration>) -> bool {
-        if self.done >= self.most {
+        if !self.are_left() {
             return false;
         }
         let wait = backoff(self.done, random()).max(wanted.unwrap_or_default().min(LONGEST));

@@ -57,7 +57,7 @@ impl Source {
     /// If that is no address, or not of that protocol.
     #[cfg_attr(not(feature = "webtransport"), expect(unused_variables))]
     pub fn new(url: &str, protocol: Protocol, timeout: Duration, limits: &Limits) -> Result<Source> {
-        let url = Url::parse(url).with_context(|| url.to_string())?;
+        let url = Url::parse(url).with_context(|| format!("{url}: not an address"))?;
         let by_http = matches!(url.scheme(), "http" | "https");
         let ways = match protocol {
             _ if matches!(url.scheme(), "ws" | "wss") => vec![Way::Ws(Ws::new(url, timeout))],

@@ -32,6 +32,8 @@ impl Wanted {
         let coarser = &info.levels[..info.levels.len().saturating_sub(1)];
         let found = match *self {
             Wanted::Everything => None,
+            // There is no such level, which the header tells: no need to get all the others.
+            Wanted::Level(level) if level as usize >= info.levels.len() => return info.header_bytes,
             Wanted::Level(level) => coarser.get(level as usize),
             Wanted::Error(most) => coarser.iter().find(|level| level.error <= most),
             Wanted::Bytes(most) if most >= info.bytes => None,
@@ -65,6 +67,7 @@ mod tests {
             (Wanted::Level(0), ends[0]),
             (Wanted::Level(2), ends[2]),
             (Wanted::Level(finest as u32), info.bytes),
+            (Wanted::Level(finest as u32 + 1), info.header_bytes),
             (Wanted::Error(info.levels[1].error), ends[1]),
             (Wanted::Error(0.0), info.bytes),
             (Wanted::Bytes(ends[1] + 1), ends[1]),

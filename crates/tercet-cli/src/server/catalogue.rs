@@ -37,7 +37,8 @@ impl Catalogue {
     /// The file of that name. Takes time linear in the file when it is first asked for, and again
     /// after it has been replaced; otherwise one look-up in the store.
     pub async fn find(&self, name: &str) -> Result<Rendition, Failure> {
-        let mesh_name = name.strip_suffix(SUFFIX).ok_or(Failure::NotFound)?;
+        let otherwise = if mesh_format(name).is_some() { Failure::NotEncoded } else { Failure::NotFound };
+        let mesh_name = name.strip_suffix(SUFFIX).ok_or(otherwise)?;
         let object = match Object::find(&self.store, &location(name)?).await {
             Ok(object) => object,
             Err(Failure::NotFound) => self.encoded(mesh_name).await?,

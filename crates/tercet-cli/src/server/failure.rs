@@ -12,6 +12,9 @@ pub enum Failure {
     /// There is nothing of that name, or nothing that could be one.
     #[error("there is no such file")]
     NotFound,
+    /// A mesh file was asked for as it is.
+    #[error("there is no such file: meshes are sent encoded, as files of their names with .tct behind them")]
+    NotEncoded,
     /// A mesh file that cannot be read or encoded; the text says why.
     #[error("{0}")]
     Mesh(String),
@@ -34,7 +37,7 @@ impl Failure {
 
     fn status(&self) -> StatusCode {
         match self {
-            Failure::NotFound => StatusCode::NOT_FOUND,
+            Failure::NotFound | Failure::NotEncoded => StatusCode::NOT_FOUND,
             Failure::Mesh(_) => StatusCode::UNPROCESSABLE_ENTITY,
             Failure::Busy | Failure::Replaced => StatusCode::SERVICE_UNAVAILABLE,
             Failure::Store(_) => StatusCode::BAD_GATEWAY,

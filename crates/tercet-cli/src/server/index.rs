@@ -168,7 +168,7 @@ impl File {
         let open = escaped(&if viewer::is_built_in() { at.viewer(&url) } else { url.clone() });
         // A mesh has the name that it has in the folder; what is sent is a file of ours.
         let (shown, download) = match self.name.strip_suffix(SUFFIX) {
-            Some(mesh) if !self.encoded => (mesh, "download as .tct"),
+            Some(mesh) if !self.encoded => (mesh, "get .tct"),
             _ => (self.name.as_str(), "download"),
         };
         format!(

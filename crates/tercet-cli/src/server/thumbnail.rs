@@ -110,7 +110,7 @@ fn draw(mesh: &Mesh) -> Result<Bytes, Failure> {
 /// What is shown where there is no picture: why, in a word.
 pub fn placeholder(failure: &Failure) -> String {
     let word = match failure {
-        Failure::NotFound => "no picture",
+        Failure::NotFound | Failure::NotEncoded => "no picture",
         Failure::Mesh(_) => "cannot be read",
         Failure::Busy => "being encoded",
         Failure::Replaced | Failure::Store(_) => "not to be had",

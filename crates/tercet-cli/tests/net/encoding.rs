@@ -41,6 +41,7 @@ async fn a_mesh_that_cannot_be_read_is_the_clients_to_know_and_is_tried_once() {
     for name in ["/bad.obj", "/none.obj.tct", "/bad.tct", "/.tct", "/bad.txt.tct"] {
         assert_eq!(site.get(name).await.status, 404, "{name}");
     }
+    assert!(site.get("/bad.obj").await.text().contains("with .tct behind"));
 }
 
 #[tokio::test]
