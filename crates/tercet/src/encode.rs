@@ -7,7 +7,7 @@ use crate::coding::{Levels, Point, payload};
 use crate::container::{self, LevelEntry, LevelKind, Outline, Supplement, UpdateRule};
 use crate::decode::Info;
 use crate::entropy::Encoder;
-use crate::mesh::{Cut, Lattice, Mesh, Surface, box_lattice, cut, next, prev};
+use crate::mesh::{Cut, Lattice, Mesh, Surface, box_lattice, cut, next, prev, stretched};
 use crate::metrics::LevelErrors;
 use crate::reverse::{Hierarchy, Reduction, StepKind, lift};
 use crate::{Effort, Error, LevelScheme, Limits, Result, Update};
@@ -87,6 +87,17 @@ pub fn encode_with(
     options: &EncodeOptions,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Encoded> {
+    encode_stretched(mesh, options, 1.0, progress)
+}
+
+/// As [`encode_with`], on a lattice over a cube whose side is that of the bounding box times `stretch`, at
+/// least 1: so there are steps between those of whole bits.
+pub(crate) fn encode_stretched(
+    mesh: &Mesh,
+    options: &EncodeOptions,
+    stretch: f64,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<Encoded> {
     mesh.check()?;
     if let Some(bits) = options.bits
         && !(4..=24).contains(&bits)
@@ -95,7 +106,7 @@ pub fn encode_with(
     }
     let Cut { surface, vertex_source, loose, degenerate, .. } = cut(mesh);
     let precision = match options.bits {
-        Some(bits) => box_lattice(mesh, bits),
+        Some(bits) => stretched(box_lattice(mesh, bits), stretch),
         None => supplement::exact_lattice(mesh, vertex_source.len()),
     };
     let lattice = Lattice::new(&precision);

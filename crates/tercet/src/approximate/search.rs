@@ -11,13 +11,16 @@ use super::candidate::{Family, Shape, Source};
 use super::{Approximated, Bound, Method};
 use crate::container::{self, Approximation};
 use crate::decode::Info;
+use crate::encode::encode_stretched;
 use crate::metrics::{Comparison, MetricsOptions, compare};
 use crate::{EncodeOptions, Encoded, Error, Limits, Mesh, Progress, Result, decode, encode};
 
-/// Lattices: the coarsest and the finest that a file can have.
-const BITS: std::ops::RangeInclusive<i32> = 4..=24;
-/// The part of a candidate's error that rounding may make up, at most (as root mean squares).
-const ROUNDING_SHARE: f64 = 0.7;
+/// Lattices: the coarsest and the finest that a file can have, in bits.
+const DEPTHS: std::ops::RangeInclusive<f64> = 4.0..=24.0;
+/// The part of a candidate's error that rounding makes up (as root mean squares), and by how many bits
+/// other lattices are tried for the best.
+const ROUNDING_SHARE: f64 = 0.65;
+const OTHER_DEPTHS: [f64; 2] = [-0.4, 0.4];
 /// The mean square of the error that rounding to a lattice of step 1 adds to a surface: 1/12 at its vertices
 /// along the normal, half of that on the triangles between them.
 const ROUNDING_SQUARE: f64 = 1.0 / 24.0;
@@ -35,9 +38,9 @@ const FIRST_VERTICES: usize = 1000;
 const FIRST_BITS_PER_VERTEX: u64 = 18;
 /// Vertices of a remesh for each of a simplified mesh of about the same bytes, or the same error.
 const REMESH_SIZE_BY_BYTES: f64 = 3.0;
-const REMESH_SIZE_BY_ERROR: f64 = 1.2;
+const REMESH_SIZE_BY_ERROR: f64 = 1.6;
 /// A remesh is tried at other sizes if its product is below this, against that of simplified meshes.
-const WORTH_REFINING: f64 = 1.1;
+const WORTH_REFINING: f64 = 1.25;
 /// Vertices of the base that the number of steps is first chosen for.
 const FIRST_BASE: f64 = 250.0;
 /// A vertex of the source costs no less than this on any lattice.
@@ -58,7 +61,7 @@ struct Score {
     /// Where a trial of another size would come from; the source itself has one size.
     family: Option<(Family, usize)>,
     /// Bits of the lattice beyond those that the rule chooses.
-    finer: i32,
+    finer: f64,
     bytes: u64,
     /// The error that is expected, as a part of the diagonal.
     error: f64,
@@ -137,18 +140,18 @@ impl Search<'_> {
             Bound::MaxBytes(bytes) => (8 * bytes / FIRST_BITS_PER_VERTEX) as usize,
             Bound::MaxError(_) => FIRST_VERTICES,
         };
-        let Some(simplified) = self.refine(Family::Simplified, first, 0)? else { return Ok(()) };
+        let Some(simplified) = self.refine(Family::Simplified, first, 0.0)? else { return Ok(()) };
         let mut best = simplified;
         if let Some(remeshed) = self.remeshes(&simplified)?
             && let Some((family, size)) = remeshed.family
             && remeshed.product() < WORTH_REFINING * simplified.product()
         {
-            let refined = self.refine(family, self.next_size(size, &remeshed), 0)?;
+            let refined = self.refine(family, self.next_size(size, &remeshed), 0.0)?;
             best = least([Some(best), refined.or(Some(remeshed))]).unwrap_or(best);
         }
         // The rule for the lattice is right for most; whether it is for the best is tried.
         let Some((family, size)) = best.family else { return Ok(()) };
-        for finer in [-1, 1] {
+        for finer in OTHER_DEPTHS {
             if let Some(other) = self.attempt(family, size, finer)?
                 && other.product() < best.product()
             {
@@ -172,7 +175,7 @@ impl Search<'_> {
         for &scheme in self.source.schemes(self.options.scheme) {
             let growth = scheme.growth() as f64;
             let first = ((size as f64 / base).ln() / growth.ln()).round().max(1.0) as u32;
-            let mut here = self.attempt(Family::Remeshed(scheme, first), size, 0)?;
+            let mut here = self.attempt(Family::Remeshed(scheme, first), size, 0.0)?;
             // The second scheme is tried on a base that was good for the first.
             let directions: &[i64] = if best.is_none() { &[-1, 1] } else { &[] };
             for &direction in directions {
@@ -185,7 +188,7 @@ impl Search<'_> {
             }
             best = least([best, here]);
             if let Some(Score { family: Some((Family::Remeshed(scheme, steps), tried)), .. }) = best {
-                size = best.map_or(tried, |score| self.next_size(tried, &score));
+                size = best.map_or(tried, |score| self.nearby_size(tried, &score));
                 base = tried as f64 / (scheme.growth() as f64).powi(steps as i32);
             }
         }
@@ -198,7 +201,7 @@ impl Search<'_> {
             && let Some((Family::Remeshed(scheme, steps), size)) = score.family
             && let Some(steps) = u32::try_from(i64::from(steps) + direction).ok().filter(|&n| n > 0)
         {
-            let other = self.attempt(Family::Remeshed(scheme, steps), self.next_size(size, &score), 0)?;
+            let other = self.attempt(Family::Remeshed(scheme, steps), self.nearby_size(size, &score), 0.0)?;
             if other.is_none_or(|other| other.product() >= score.product()) {
                 break;
             }
@@ -208,7 +211,7 @@ impl Search<'_> {
     }
 
     /// Tries sizes of a family until one is near the bound; returns the last.
-    fn refine(&mut self, family: Family, mut size: usize, finer: i32) -> Result<Option<Score>> {
+    fn refine(&mut self, family: Family, mut size: usize, finer: f64) -> Result<Option<Score>> {
         let mut last = None;
         for _ in 0..SIZES {
             let Some(score) = self.attempt(family, size, finer)? else { break };
@@ -240,17 +243,21 @@ impl Search<'_> {
         self.source.possible_size(size as f64 * times.clamp(0.1, 10.0))
     }
 
+    /// The same, but not far from `size`: a remesh that fails somewhere says little of others.
+    fn nearby_size(&self, size: usize, score: &Score) -> usize {
+        self.next_size(size, score).clamp(size / 2, 2 * size)
+    }
+
     /// Makes a mesh and its file; `None` if there is no such mesh.
-    fn attempt(&mut self, family: Family, size: usize, finer: i32) -> Result<Option<Score>> {
+    fn attempt(&mut self, family: Family, size: usize, finer: f64) -> Result<Option<Score>> {
         let size = self.source.possible_size(size as f64);
         let Some(shape) = self.shape(family, size)? else { return Ok(None) };
         let total = match self.bound {
             Bound::MaxError(error) => error,
             Bound::MaxBytes(_) => shape.error / (1.0 - ROUNDING_SHARE * ROUNDING_SHARE).sqrt(),
         };
-        let bits = (self.bits_for(ROUNDING_SHARE * total) + finer).clamp(*BITS.start(), *BITS.end());
-        let origin = Some((family, size));
-        self.trial(family.method(), &shape, bits, origin, finer).map(Some)
+        let depth = self.depth_for(ROUNDING_SHARE * total) + finer;
+        self.trial(family.method(), &shape, depth, Some((family, size)), finer).map(Some)
     }
 
     fn shape(&mut self, family: Family, size: usize) -> Result<Option<Rc<Shape>>> {
@@ -262,28 +269,28 @@ impl Search<'_> {
         Ok(shape)
     }
 
-    /// The fewest bits of a lattice whose rounding adds no more than this error.
-    fn bits_for(&self, error: f64) -> i32 {
-        let steps = self.source.side * ROUNDING_SQUARE.sqrt() / error + 1.0;
-        // A cast clamps what is infinite or no number.
-        steps.log2().ceil() as i32
+    /// The bits of the lattice whose rounding adds this error.
+    fn depth_for(&self, error: f64) -> f64 {
+        (self.source.side * ROUNDING_SQUARE.sqrt() / error + 1.0).log2()
     }
 
-    /// Makes a file of a mesh.
+    /// Makes a file of a mesh on a lattice of this depth: of the next whole number of bits, over a larger cube.
     fn trial(
         &mut self,
         method: Method,
         shape: &Shape,
-        bits: i32,
+        depth: f64,
         family: Option<(Family, usize)>,
-        finer: i32,
+        finer: f64,
     ) -> Result<Score> {
         let done = (self.trials as u64).min(EXPECTED_TRIALS);
         (self.progress)(Progress { stage: "searching", done, total: EXPECTED_TRIALS });
+        let depth = depth.clamp(*DEPTHS.start(), *DEPTHS.end());
+        let (bits, stretch) = (depth.ceil(), (depth.ceil() - depth).exp2());
         self.trials += 1;
         let options = EncodeOptions { bits: Some(bits as u8), ..*self.options };
-        let encoded = encode(&shape.mesh, &options)?;
-        let step = self.source.side / ((1u64 << bits) - 1) as f64;
+        let encoded = encode_stretched(&shape.mesh, &options, stretch, &mut |_| {})?;
+        let step = self.source.side * stretch / (bits.exp2() - 1.0);
         let error = (shape.error * shape.error + step * step * ROUNDING_SQUARE).sqrt();
         let bytes = encoded.bytes.len() as u64 + Approximation::MOST_BYTES;
         let score = Score { family, finer, bytes, error };
@@ -301,9 +308,9 @@ impl Search<'_> {
         match self.bound {
             Bound::MaxError(error) => {
                 let best = self.good.iter().map(|trial| trial.score.bytes).min();
-                let bits = self.bits_for(error);
-                if bits <= *BITS.end() && best.is_none_or(|best| least < best) {
-                    self.trial(Method::Rounded, &shape(), bits.max(*BITS.start()), None, 0)?;
+                let depth = self.depth_for(AIM * error);
+                if depth <= *DEPTHS.end() && best.is_none_or(|best| least < best) {
+                    self.trial(Method::Rounded, &shape(), depth, None, 0.0)?;
                 }
             }
             Bound::MaxBytes(bytes) if least < bytes => {
@@ -311,15 +318,18 @@ impl Search<'_> {
                     let exact = self.exact()?;
                     self.good.extend(Some(exact).filter(|exact| exact.score.bytes <= bytes));
                 }
+                // A bit of depth costs three bits a vertex.
                 let shape = shape();
-                let mut bits = ((8 * bytes / vertices) as i32).clamp(*BITS.start(), *BITS.end());
-                loop {
-                    let score = self.trial(Method::Rounded, &shape, bits, None, 0)?;
-                    if score.bytes <= bytes || bits == *BITS.start() {
+                let bits_of = |bytes: u64| 8.0 * bytes as f64 / vertices as f64;
+                let possible = |depth: f64| depth.clamp(*DEPTHS.start(), *DEPTHS.end());
+                let mut depth = possible(bits_of(bytes));
+                for _ in 0..SIZES {
+                    let score = self.trial(Method::Rounded, &shape, depth, None, 0.0)?;
+                    let next = possible(depth + (AIM * bits_of(bytes) - bits_of(score.bytes)) / 3.0);
+                    if (NEAR..=1.0).contains(&self.ratio(&score)) || next == depth {
                         break;
                     }
-                    let excess = 8 * (score.bytes - bytes) / (3 * vertices);
-                    bits = (bits - 1 - excess as i32).max(*BITS.start());
+                    depth = next;
                 }
             }
             Bound::MaxBytes(_) => {}
@@ -355,9 +365,11 @@ impl Search<'_> {
 
     /// The source on a lattice that is fine enough, or exact.
     fn ever_finer(&mut self, error: f64) -> Result<(Trial, Comparison)> {
-        for bits in self.bits_for(error).max(*BITS.start())..=*BITS.end() {
-            let shape = Shape { mesh: self.source.mesh.clone(), error: 0.0 };
-            self.trial(Method::Rounded, &shape, bits, None, 0)?;
+        let shape = Shape { mesh: self.source.mesh.clone(), error: 0.0 };
+        let mut depth = self.depth_for(AIM * error).max(*DEPTHS.start());
+        while depth <= *DEPTHS.end() {
+            self.trial(Method::Rounded, &shape, depth, None, 0.0)?;
+            depth = depth.floor() + 1.0;
             let Some(trial) = self.take_best() else { continue };
             let comparison = self.measure(&trial.encoded)?;
             if comparison.rms() <= error * comparison.diagonal {
@@ -373,7 +385,7 @@ impl Search<'_> {
     fn exact(&mut self) -> Result<Trial> {
         self.trials += 1;
         let encoded = encode(self.source.mesh, self.options)?;
-        let score = Score { family: None, finer: 0, bytes: encoded.bytes.len() as u64, error: 0.0 };
+        let score = Score { family: None, finer: 0.0, bytes: encoded.bytes.len() as u64, error: 0.0 };
         Ok(Trial { method: Method::Exact, score, encoded })
     }
 

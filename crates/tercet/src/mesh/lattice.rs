@@ -88,6 +88,14 @@ pub(crate) fn box_lattice(mesh: &Mesh, bits: u8) -> Precision {
     Precision::Lattice { bits, origin: low.map(|x| x + 0.0), side }
 }
 
+/// The same lattice over a cube whose side is `times` as long, at least 1; others stay as they are.
+pub(crate) fn stretched(precision: Precision, times: f64) -> Precision {
+    match precision {
+        Precision::Lattice { bits, origin, side } => Precision::Lattice { bits, origin, side: side * times },
+        other => other,
+    }
+}
+
 /// The finest lattice of power-of-two step with at most 2^22 steps along the longest side whose
 /// indices stay within 2^62.
 pub(crate) fn refined_grid(mesh: &Mesh) -> Precision {

@@ -14,7 +14,7 @@ pub use precision::Precision;
 pub(crate) use cut::{Cut, cut};
 pub(crate) use lattice::{
     Lattice, binary_origin, bounds, box_lattice, decimal_index, decimal_step, decimal_value, power_of_two,
-    refined_grid,
+    refined_grid, stretched,
 };
 pub(crate) use surface::{NONE, Surface, next, prev};
 

@@ -9,7 +9,7 @@ pub enum Precision {
         bits: u8,
         /// The least corner of the bounding box; finite.
         origin: [f32; 3],
-        /// The longest side of the bounding box; finite, not negative, 0 for a single point.
+        /// The longest side of the bounding box, or more in a lossy file; finite, not negative, 0 for a single point.
         side: f64,
     },
     /// Exact: `(origin + q · 10^digits) / 10^exponent`, the quotient of two `f64` rounded to `f32`,
