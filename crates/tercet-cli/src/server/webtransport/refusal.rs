@@ -42,7 +42,7 @@ impl Refusal {
     pub fn code(&self) -> &'static str {
         match self {
             Refusal::Usage => "usage",
-            Refusal::File(Failure::NotFound) => "missing",
+            Refusal::File(Failure::NotFound | Failure::NotEncoded) => "missing",
             Refusal::File(Failure::Mesh(_)) => "mesh",
             Refusal::File(Failure::Busy) => "busy",
             Refusal::File(Failure::Replaced) => "replaced",
