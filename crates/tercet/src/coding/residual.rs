@@ -429,7 +429,7 @@ mod tests {
         Situation { above: [0], below: [1], sets: [0, 0], candidates, trust: 0, histograms: [histogram] }
     }
 
-    fn models() -> ResidualModels<EXPERTS, 1, 2, 2, 1, 1> {
+    fn fresh() -> ResidualModels<EXPERTS, 1, 2, 2, 1, 1> {
         ResidualModels::new([2], [1, 1], |_| [[2730, 2730, 2730, 512, 512, 512, 512, 0]])
     }
 
@@ -450,12 +450,12 @@ mod tests {
                 }
                 experts
             };
-            let (mut models, mut encoder) = (models(), Encoder::new());
+            let (mut models, mut encoder) = (fresh(), Encoder::new());
             for (v, e, near) in &cases {
                 models.code(&mut encoder, *v, &experts(e, *near, *v), &situation(&histogram));
             }
             let bytes = encoder.finish();
-            let (mut models, mut decoder) = (models(), Decoder::new(&bytes));
+            let (mut models, mut decoder) = (fresh(), Decoder::new(&bytes));
             for (v, e, near) in &cases {
                 prop_assert_eq!(models.code(&mut decoder, 0, &experts(e, *near, *v), &situation(&histogram)), *v);
             }
@@ -465,7 +465,7 @@ mod tests {
     #[test]
     fn a_value_that_an_expert_knows_costs_little() {
         let histogram = Histogram::new();
-        let (mut models, mut encoder) = (models(), Encoder::new());
+        let (mut models, mut encoder) = (fresh(), Encoder::new());
         for i in 0..2000i64 {
             let value = (i * i * 31 % 1000) as i32;
             let wrong = Expert { centre: 500 << 8, scale: Scale::new(200 << 8) };
