@@ -4,8 +4,9 @@ use super::{LevelScheme, Reduction, StepKind, reduce};
 use crate::mesh::Surface;
 use crate::subdivide::{Update, lift_positions};
 
-/// No reverse step starts from fewer real vertices: a level costs a line of the file's index.
-const SMALLEST: u32 = 24;
+/// No reverse step starts from fewer real vertices than a tenth of all, within these bounds: a level costs a
+/// line of the file's index, and a larger base costs less than several small levels.
+const SMALLEST: std::ops::RangeInclusive<u32> = 24..=80;
 
 /// A step that removes fewer than one vertex in this many is not worth a level …
 const LEAST_SHARE: u32 = 24;
@@ -41,7 +42,7 @@ impl Hierarchy {
             let level = hierarchy.steps.len();
             let fine = hierarchy.surface(level);
             let real = fine.vertices - fine.virtuals;
-            if real < SMALLEST {
+            if real < (all / 10).clamp(*SMALLEST.start(), *SMALLEST.end()) {
                 break;
             }
             let positions = &hierarchy.positions[level];
