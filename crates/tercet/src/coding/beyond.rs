@@ -41,7 +41,7 @@ impl Beyond {
         }
     }
 
-    /// Looks at the ring of the neighbour at corner `c`, of which the vertex itself is the last member.
+    /// Looks at the ring of the neighbour at corner `c`, of which the vertex itself is the second member.
     fn neighbour(&mut self, surface: &Surface, c: u32, known: &[bool], positions: &[Point]) {
         let mut ring = [0; MOST_VALENCE + 1];
         let mut valence = 0;
@@ -64,7 +64,7 @@ impl Beyond {
             add_to(&mut self.laplacian, [0, 1, 2].map(|k| (centre[k] << FRACTION_BITS) - mean[k]));
             self.laplacians += 1;
         }
-        let opposite = ring[(valence / 2).saturating_sub(1)] as usize;
+        let opposite = ring[(valence / 2 + 1) % valence.max(1)] as usize;
         if valence % 2 == 0 && known[opposite] {
             let far = positions[opposite];
             self.reflections.push([0, 1, 2].map(|k| (2 * centre[k] - far[k] as i64) << FRACTION_BITS));

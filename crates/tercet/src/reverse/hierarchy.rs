@@ -4,9 +4,10 @@ use super::{LevelScheme, Reduction, StepKind, reduce};
 use crate::mesh::Surface;
 use crate::subdivide::{Update, lift_positions};
 
-/// No reverse step starts from fewer real vertices than a tenth of all, within these bounds: a level costs a
-/// line of the file's index, and a larger base costs less than several small levels.
-const SMALLEST: std::ops::RangeInclusive<u32> = 24..=80;
+/// No reverse step starts from fewer real vertices: a level costs a line of the file's index.
+const SMALLEST: u32 = 24;
+/// No adaptive one from fewer than a tenth of all, up to this: a larger base costs less than several small levels.
+const SMALLEST_ADAPTIVE: u32 = 80;
 
 /// A step that removes fewer than one vertex in this many is not worth a level …
 const LEAST_SHARE: u32 = 24;
@@ -42,12 +43,13 @@ impl Hierarchy {
             let level = hierarchy.steps.len();
             let fine = hierarchy.surface(level);
             let real = fine.vertices - fine.virtuals;
-            if real < (all / 10).clamp(*SMALLEST.start(), *SMALLEST.end()) {
+            if real < SMALLEST {
                 break;
             }
             let positions = &hierarchy.positions[level];
             let step = match scheme.divide(fine, positions) {
                 Some(step) => Some(step),
+                None if real < SMALLEST_ADAPTIVE.min(all / 10) => None,
                 None => reduce(fine, positions).filter(|step| {
                     let gone = fine.vertices - step.coarse.vertices;
                     let share = if real > all / LARGE_BASE { STUCK_SHARE } else { LEAST_SHARE };
