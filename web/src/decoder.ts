@@ -1,7 +1,7 @@
 import { revived, TercetError } from "./errors.js";
 import type { DecodeOptions } from "./instance.js";
 import type { Level, TercetInfo } from "./level.js";
-import { decoderModule, type ModuleSource } from "./module.js";
+import { decoderModule, fullModule, needsFullModule, TELLING, type ModuleSource } from "./module.js";
 import { WorkerPool } from "./pool.js";
 import type { Answer, Request } from "./sessions.js";
 
@@ -38,7 +38,9 @@ export class TercetDecoder {
   level: Level | undefined;
   private readonly pool: WorkerPool;
   private readonly session: number;
-  private readonly ready: Promise<unknown>;
+  /** Settled when the session is open: its module is chosen by the file's first bytes. */
+  private ready: Promise<unknown> | undefined;
+  private start = new Uint8Array();
   private readonly waiting = new Map<number, Waiting>();
   private lastCall = 0;
   private fate: TercetError | undefined;
@@ -46,11 +48,7 @@ export class TercetDecoder {
   constructor(private readonly options: DecoderOptions = {}) {
     this.pool = options.pool ?? defaultPool();
     this.session = this.pool.open((answer) => this.hear(answer));
-    const { maxMemory, predictions, normals, digest } = options;
-    const wanted = Object.fromEntries(
-      Object.entries({ maxMemory, predictions, normals, digest }).filter(([, value]) => value !== undefined));
-    this.ready = decoderModule(options.module).then((module) => this.call({ do: "open", module, options: wanted }));
-    this.ready.catch(() => {}); // Told to whoever pushes.
+    decoderModule(options.module).catch(() => {}); // On its way while the file is; told to whoever pushes.
   }
 
   /**
@@ -60,12 +58,22 @@ export class TercetDecoder {
    * @throws TercetError for what is wrong with the bytes; levels heard before stand.
    */
   async push(bytes: Uint8Array): Promise<void> {
+    if (!this.ready) {
+      if (this.start.length > 0) bytes = joined(this.start, bytes);
+      if (bytes.length < TELLING) return void (this.start = bytes.slice());
+      this.open(bytes);
+    }
     await this.ready;
     await this.call({ do: "push", bytes });
   }
 
   /** @throws TercetError unless the whole file has arrived. */
   async finish(): Promise<void> {
+    if (!this.ready) {
+      this.open(this.start);
+      await this.ready;
+      await this.call({ do: "push", bytes: this.start });
+    }
     await this.ready;
     await this.call({ do: "finish" });
   }
@@ -83,6 +91,15 @@ export class TercetDecoder {
   close(): void {
     this.pool.close(this.session);
     this.fail(new TercetError("parameter", "the decoder was closed"));
+  }
+
+  private open(start: Uint8Array): void {
+    const { maxMemory, predictions, normals, digest, module: source } = this.options;
+    const options = Object.fromEntries(
+      Object.entries({ maxMemory, predictions, normals, digest }).filter(([, value]) => value !== undefined));
+    const module = source === undefined && needsFullModule(start) ? fullModule() : decoderModule(source);
+    this.ready = module.then((module) => this.call({ do: "open", module, options }));
+    this.ready.catch(() => {}); // Told to whoever pushes.
   }
 
   private call(step: Step): Promise<number | undefined> {
@@ -124,4 +141,11 @@ export class TercetDecoder {
     for (const { reject } of this.waiting.values()) reject(error);
     this.waiting.clear();
   }
+}
+
+function joined(first: Uint8Array, second: Uint8Array): Uint8Array {
+  const all = new Uint8Array(first.length + second.length);
+  all.set(first);
+  all.set(second, first.length);
+  return all;
 }

@@ -4,6 +4,7 @@ import { TercetError } from "./errors.js";
 export type ModuleSource = WebAssembly.Module | BufferSource | URL | string;
 
 let own: Promise<WebAssembly.Module> | undefined;
+let ownFull: Promise<WebAssembly.Module> | undefined;
 
 /** The decoder's compiled module: `source`, or the file beside this one, which is fetched once. */
 export function decoderModule(source?: ModuleSource): Promise<WebAssembly.Module> {
@@ -13,6 +14,25 @@ export function decoderModule(source?: ModuleSource): Promise<WebAssembly.Module
     throw error;
   });
   return own;
+}
+
+/** The module that also encodes, and decodes files of every effort: twice as large, fetched once where it is needed. */
+export function fullModule(): Promise<WebAssembly.Module> {
+  ownFull ??= compile(new URL("./encoder.wasm", import.meta.url)).catch((error: unknown) => {
+    ownFull = undefined;
+    throw error;
+  });
+  return ownFull;
+}
+
+/** Bytes of a file that tell its effort: magic, version, the header's length in up to five, the flags. */
+export const TELLING = 11;
+
+/** Whether the file that begins like this has the effort `max`, which the small module lacks. */
+export function needsFullModule(start: Uint8Array): boolean {
+  let flags = 5;
+  while (flags < 9 && (start[flags] ?? 0) & 0x80) flags++;
+  return ((start[flags + 1] ?? 0) & 0x0c) === 0x08;
 }
 
 /** Compiles a module. */

@@ -217,7 +217,7 @@ mod tests {
         ];
         let series = vec![Series { name: "arq".into(), points }];
         let file = Plot { x_label: "seconds", y_label: "dB", series }.file("a & b");
-        assert!(file.contains("a &amp; b") && file.contains(">65<") && file.contains(">30<"), "{file}");
+        assert!(file.contains("a &amp; b") && file.contains(">70<") && file.contains(">30<"), "{file}");
         let band = file.lines().find(|line| line.contains("fill-opacity")).unwrap();
         assert_eq!(band.matches('L').count(), 3, "{band}");
     }

@@ -11,5 +11,13 @@ pub enum Effort {
     #[default]
     Default,
     /// As many models as pay at all.
+    #[cfg(feature = "max")]
     Max,
+}
+
+impl Effort {
+    /// Whether it is the slowest.
+    pub(crate) fn is_max(self) -> bool {
+        !matches!(self, Effort::Fast | Effort::Default)
+    }
 }

@@ -17,7 +17,9 @@ pub type Result<T> = std::result::Result<T, Error>;
 #[non_exhaustive]
 pub enum Error {
     /// Reading or writing failed below the library.
-    #[error(transparent)]
+    // A page reads no files: the words for all that can happen to them would be a hundredth of its decoder.
+    #[cfg_attr(target_arch = "wasm32", error("reading or writing failed"))]
+    #[cfg_attr(not(target_arch = "wasm32"), error(transparent))]
     Io(#[from] io::Error),
     /// A mesh file breaks the rules of its own format.
     #[error("{place}: {cause}")]

@@ -5,8 +5,10 @@
 //! and which valences they lead to are known exactly. The geometry depends on no flip, so that it
 //! is computed for all edges at once, before the first bit.
 
+#[cfg(feature = "max")]
 use super::births::Births;
 use super::model::BitModel;
+#[cfg(feature = "max")]
 use super::panel::Panel;
 use super::shape::Shapes;
 use super::vector::{Point, dot, sub};
@@ -18,6 +20,7 @@ use crate::mesh::{NONE, Surface, next, prev};
 pub(crate) enum FlipModels {
     Mixed(BitModel<6>),
     /// More contexts, for size.
+    #[cfg(feature = "max")]
     Panel(Box<FlipPanel>),
     /// One context, for speed.
     Single(Vec<Counter>),
@@ -92,6 +95,7 @@ impl FlipModels {
     pub fn new(effort: Effort) -> Self {
         match effort {
             Effort::Fast => FlipModels::Single(vec![Counter::NEW; SINGLE]),
+            #[cfg(feature = "max")]
             Effort::Max => FlipModels::Panel(Box::new(FlipPanel::new())),
             Effort::Default => FlipModels::Mixed(BitModel::new([512, 2048, 1024, 4096, 1024, 4096], 64, 260)),
         }
@@ -121,6 +125,7 @@ impl FlipModels {
                         let (set, contexts) = state.contexts(candidate, [c, o], turned);
                         bits.code(coder, known, set, contexts)
                     }
+                    #[cfg(feature = "max")]
                     FlipModels::Panel(panel) => panel.code(coder, known, &state, candidate, [c, o], turned),
                     FlipModels::Single(counters) => {
                         let counter = &mut counters[state.context(candidate, [c, o], turned)];
@@ -134,6 +139,7 @@ impl FlipModels {
             flip[o as usize] = bit;
             state.decide([c, o], bit);
         }
+        #[cfg(feature = "max")]
         if let FlipModels::Panel(panel) = self {
             panel.births.advance(surface.vertices);
         }
@@ -141,15 +147,19 @@ impl FlipModels {
 }
 
 /// The contexts of the mixed model and five more.
+#[cfg(feature = "max")]
 pub(crate) struct FlipPanel {
     bits: Panel<11, 5>,
     births: Births,
 }
 
 /// Pairs of ages: of the ends of an edge, and of its apexes, where new vertices have one of their own.
+#[cfg(feature = "max")]
 const END_AGES: usize = Births::AGES.pow(2);
+#[cfg(feature = "max")]
 const APEX_AGES: usize = (Births::AGES + 1).pow(2);
 
+#[cfg(feature = "max")]
 impl FlipPanel {
     fn new() -> Self {
         let ages = END_AGES * APEX_AGES;

@@ -1,6 +1,7 @@
 //! A level: connectivity, then positions, in both directions.
 
 use super::base::code_base;
+#[cfg(feature = "max")]
 use super::ensemble::EnsembleModels;
 use super::flip::FlipModels;
 use super::model::number;
@@ -51,6 +52,7 @@ struct Late {
 /// The models of positions.
 enum Positions {
     Mixed(PositionModels),
+    #[cfg(feature = "max")]
     Ensemble(Box<EnsembleModels>),
     Tables(TableModels),
 }
@@ -60,6 +62,7 @@ impl Positions {
         match effort {
             Effort::Fast => Positions::Tables(TableModels::new()),
             Effort::Default => Positions::Mixed(PositionModels::new()),
+            #[cfg(feature = "max")]
             Effort::Max => Positions::Ensemble(Box::new(EnsembleModels::new())),
         }
     }
@@ -170,6 +173,7 @@ impl Levels {
         } else {
             Traversal::by_number(surface, first)
         };
+        #[cfg(feature = "max")]
         if let Positions::Ensemble(models) = &mut self.position {
             models.begin(surface, first, &self.positions, &self.rough);
         }
@@ -194,6 +198,7 @@ impl Levels {
         let (progress, positions, rough) = (&mut open.progress, &mut self.positions, &mut self.rough);
         let done = match &mut self.position {
             Positions::Mixed(models) => models.code(coder, &pass, progress, targets, positions, rough),
+            #[cfg(feature = "max")]
             Positions::Ensemble(models) => models.code(coder, &pass, progress, targets, positions, rough),
             Positions::Tables(models) => models.code(coder, &pass, progress, targets, positions, rough),
         };

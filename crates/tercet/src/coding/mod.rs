@@ -5,14 +5,19 @@
 //! lines on the same integers.
 
 mod base;
+#[cfg(feature = "max")]
 mod beyond;
+#[cfg(feature = "max")]
 mod births;
+#[cfg(feature = "max")]
 mod ensemble;
 mod flip;
 mod histogram;
 mod level;
 mod model;
+#[cfg(feature = "max")]
 mod opinions;
+#[cfg(feature = "max")]
 mod panel;
 mod pass;
 pub(crate) mod payload;

@@ -14,7 +14,7 @@ pub(crate) const ESTIMATE_BITS: u32 = 3;
 
 /// Sweeps on each level: in the `max` profile more, which serves large meshes.
 fn sweeps(effort: Effort) -> usize {
-    if effort == Effort::Max { 12 } else { 4 }
+    if effort.is_max() { 12 } else { 4 }
 }
 
 /// The largest coordinate of an estimate.

@@ -74,7 +74,9 @@ pub(crate) struct Neighbourhood<'a> {
     pub second: Vector,
     /// The mean of the known neighbours, and that of the parallelograms (the corrected estimate without
     /// one), in 1/256.
+    #[cfg_attr(not(feature = "max"), expect(dead_code, reason = "only that effort asks for it"))]
     pub mean: Vector,
+    #[cfg_attr(not(feature = "max"), expect(dead_code, reason = "only that effort asks for it"))]
     pub parallel: Vector,
     /// Normal of the surface here, of any length below 2⁴⁸.
     pub normal: Vector,

@@ -3,8 +3,10 @@
 //! Faces are coded in index order. A face tends to split where it is large: a split face stands
 //! for three fine ones. What its neighbours did and which valences would result tell the rest.
 
+#[cfg(feature = "max")]
 use super::births::Births;
 use super::model::BitModel;
+#[cfg(feature = "max")]
 use super::panel::Panel;
 use super::shape::{Shapes, VIRTUAL};
 use super::vector::{Point, dot, sub};
@@ -16,6 +18,7 @@ use crate::mesh::Surface;
 pub(crate) enum SplitModels {
     Mixed(BitModel<6>),
     /// More contexts, for size.
+    #[cfg(feature = "max")]
     Panel(Box<SplitPanel>),
     /// One context, for speed.
     Single(Vec<Counter>),
@@ -58,6 +61,7 @@ impl SplitModels {
     pub fn new(effort: Effort) -> Self {
         match effort {
             Effort::Fast => SplitModels::Single(vec![Counter::NEW; SINGLE]),
+            #[cfg(feature = "max")]
             Effort::Max => SplitModels::Panel(Box::new(SplitPanel::new())),
             Effort::Default => SplitModels::Mixed(BitModel::new([640, 1024, 640, 3584, 1120, 5760], 32, 260)),
         }
@@ -121,6 +125,7 @@ impl SplitModels {
             };
             let bit = match self {
                 SplitModels::Mixed(bits) => bits.code(coder, known, neighbours * 2 + flag, contexts()),
+                #[cfg(feature = "max")]
                 SplitModels::Panel(panel) => {
                     let bins = [local, size, neighbours, flag];
                     panel.code(coder, known, contexts(), face, &around, bins)
@@ -144,6 +149,7 @@ impl SplitModels {
                 *count = count.saturating_add(1);
             }
         }
+        #[cfg(feature = "max")]
         if let SplitModels::Panel(panel) = self {
             panel.births.advance(surface.vertices);
         }
@@ -151,14 +157,17 @@ impl SplitModels {
 }
 
 /// The contexts of the mixed model and five more.
+#[cfg(feature = "max")]
 pub(crate) struct SplitPanel {
     bits: Panel<11, 5>,
     births: Births,
 }
 
 /// Sorted triples of ages, as digits.
+#[cfg(feature = "max")]
 const AGES: usize = Births::AGES.pow(3);
 
+#[cfg(feature = "max")]
 impl SplitPanel {
     fn new() -> Self {
         let sizes = [640, 1024, 640, 3584, 1120, 5760, 512, PAIRS * PAIRS, AGES * 16, AGES * 512, 20 * AGES];
@@ -265,9 +274,11 @@ fn tightest(around: &[Corner; 3]) -> usize {
 }
 
 /// Values of one corner of [`two_tightest`].
+#[cfg(feature = "max")]
 const PAIRS: usize = 128;
 
 /// The two corners with the fewest undecided faces, each by their number, its valence and splits so far.
+#[cfg(feature = "max")]
 fn two_tightest(around: &[Corner; 3]) -> usize {
     let mut keys = around.map(|c| {
         let undecided = c.valence.saturating_sub(c.split.saturating_add(c.unsplit)) as usize;

@@ -67,6 +67,7 @@ impl Outline {
         let effort = match self.effort {
             Effort::Default => 0,
             Effort::Fast => 1,
+            #[cfg(feature = "max")]
             Effort::Max => 2,
         };
         let order = if self.order_kept { ORDER_KEPT } else { 0 };
@@ -102,6 +103,7 @@ impl Header {
             _ if flags & !(ORDER_KEPT | LOSSY | EFFORT) != 0 => None,
             0 => Some(Effort::Default),
             1 => Some(Effort::Fast),
+            #[cfg(feature = "max")]
             2 => Some(Effort::Max),
             _ => None,
         };

@@ -496,7 +496,7 @@ fn outlines() -> impl Strategy<Value = Outline> {
             optional.sort();
             let order_kept = kept || supplements.contains(&Supplement::Order);
             supplements.extend(optional.into_iter().map(Supplement::Optional));
-            let effort = Effort::Max;
+            let effort = Effort::Fast;
             Outline { order_kept, effort, precision, vertices, faces, approximation, levels, supplements }
         },
     )

@@ -8,15 +8,12 @@ use crate::{Effort, Result};
 
 /// At most so many of the finest levels get their positions late; more hardly pays.
 fn most_late(effort: Effort) -> usize {
-    if effort == Effort::Max { 4 } else { 3 }
+    if effort.is_max() { 4 } else { 3 }
 }
 
 /// Of so many faces a trial for [`Progressive::Best`] codes a part of this size.
 fn trial_faces(faces: usize, effort: Effort) -> usize {
-    match effort {
-        Effort::Max => (faces / 3).clamp(16_000, 40_000),
-        _ => (faces / 12).clamp(2000, 5000),
-    }
+    if effort.is_max() { (faces / 3).clamp(16_000, 40_000) } else { (faces / 12).clamp(2000, 5000) }
 }
 
 /// A part of a mesh, as the encoder sees it.
@@ -81,7 +78,7 @@ impl Part {
     fn worth_it(&self, most: usize) -> Result<usize> {
         let none = self.size(0)?;
         let two = self.size(most.min(2))?;
-        if self.options.effort != Effort::Max && two * 128 > none * 127 {
+        if !self.options.effort.is_max() && two * 128 > none * 127 {
             return Ok(0);
         }
         let all = self.size(most)?;
