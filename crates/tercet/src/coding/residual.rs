@@ -401,11 +401,11 @@ impl<const E: usize, const K: usize, const L: usize, const S: usize, const G: us
         for i in 0..K {
             self.by_context[i][walk.contexts[i]][node].learn(bit, COUNTER_LIMIT);
         }
-        for i in 0..L {
-            self.by_split[i][rows[i]][node].learn(bit, COUNTER_LIMIT);
+        for (counters, row) in self.by_split.iter_mut().zip(rows) {
+            counters[row][node].learn(bit, COUNTER_LIMIT);
         }
-        for i in 0..G {
-            self.by_frequency[i][frequencies[i]][node].learn(bit, COUNTER_LIMIT);
+        for (counters, row) in self.by_frequency.iter_mut().zip(frequencies) {
+            counters[row][node].learn(bit, COUNTER_LIMIT);
         }
         bit
     }
