@@ -150,7 +150,8 @@ impl Search<'_> {
             && let Some((family, size)) = remeshed.family
             && remeshed.product() < WORTH_REFINING * simplified.product()
         {
-            let refined = self.refine(family, self.next_size(size, &remeshed), 0.0)?;
+            // From the mesh that did well: one of almost its size may fail somewhere.
+            let refined = self.refine(family, size, 0.0)?;
             best = least([Some(best), refined.or(Some(remeshed))]).unwrap_or(best);
         }
         // The rule for the lattice is right for most; whether it is for the best is tried.
