@@ -10,6 +10,6 @@ pub enum Effort {
     /// Several models, mixed.
     #[default]
     Default,
-    /// As many models as pay at all. At present those of `Default`.
+    /// As many models as pay at all.
     Max,
 }

@@ -11,8 +11,9 @@ use tercet::{EncodeOptions, Encoded, Level, Limits, Mesh};
 use super::render::{Look, counts, diagonal};
 use super::{Plan, Schemes, encode_shown};
 use crate::console::Console;
-use crate::page::{Figure, Page, Plot, Series};
+use crate::page::{Figure, Page};
 use crate::picture::{Camera, Picture, Size, Style, width_for_surface};
+use crate::plot::{Plot, Point, Series};
 use crate::table::Table;
 use crate::{Outcome, args, files, input, report as words};
 
@@ -209,7 +210,7 @@ impl<'a> Report<'a> {
 
     /// Adds a row, and returns the point for the plot: none for a level without a surface, nor where
     /// there is no difference.
-    fn measure(&self, table: &mut Table, name: String, bytes: u64, mesh: &Mesh) -> Result<Option<[f64; 2]>> {
+    fn measure(&self, table: &mut Table, name: String, bytes: u64, mesh: &Mesh) -> Result<Option<Point>> {
         if mesh.faces.is_empty() {
             return Ok(None);
         }
@@ -224,6 +225,6 @@ impl<'a> Report<'a> {
             part(found.hausdorff_at_most()),
             if psnr.is_finite() { format!("{psnr:.2}") } else { "no difference".into() },
         ]);
-        Ok(psnr.is_finite().then_some([bytes as f64, psnr]))
+        Ok(psnr.is_finite().then_some(Point { x: bytes as f64, y: psnr, band: None }))
     }
 }

@@ -11,7 +11,7 @@ use tercet::transport::simulation::{Channel, Run, Summary, ordered, session, sum
 use tercet::transport::{Conditions, Goal, Objective, Settings, Source};
 
 use crate::console::Console;
-use crate::plot::{Curve, svg};
+use crate::plot::{Plot, Point, Series};
 use crate::table::Table;
 use crate::{Outcome, channel, files};
 
@@ -113,7 +113,7 @@ pub fn simulate(args: &SimulateArgs, limits: &Limits, console: &Console) -> Resu
     drop(meter);
     if let Some(path) = &args.plot {
         let title = format!("{name} over {}: mean of {} sessions, 5 to 95 %", args.channel, args.runs);
-        files::write_bytes(svg(&title, "PSNR in dB", &curves(&summaries)).as_bytes(), path)?;
+        files::write_bytes(plot(&summaries).file(&title).as_bytes(), path)?;
     }
     console.answer(&if args.json { format!("{:#}", as_json(&summaries)) } else { as_text(&summaries) })?;
     Ok(Outcome::Good)
@@ -151,12 +151,13 @@ fn summary(args: &SimulateArgs, way: Way, source: &Source, channel: &Channel) ->
     Ok(summary)
 }
 
-fn curves(summaries: &[(Way, Summary)]) -> Vec<Curve> {
-    let curve = |(way, summary): &(Way, Summary)| Curve {
-        name: way.name().into(),
-        points: summary.points.iter().map(|p| [p.at.as_secs_f64(), p.psnr, p.low, p.high]).collect(),
+fn plot(summaries: &[(Way, Summary)]) -> Plot {
+    let series = |(way, summary): &(Way, Summary)| {
+        let points = summary.points.iter();
+        let points = points.map(|p| Point { x: p.at.as_secs_f64(), y: p.psnr, band: Some([p.low, p.high]) });
+        Series { name: way.name().into(), points: points.collect() }
     };
-    summaries.iter().map(curve).collect()
+    Plot { x_label: "seconds", y_label: "PSNR in dB", series: summaries.iter().map(series).collect() }
 }
 
 fn as_text(summaries: &[(Way, Summary)]) -> String {

@@ -1,14 +1,11 @@
 //! One HTML page that holds everything that it shows: pictures, tables and plots in it, light or dark as
 //! the reader likes, nothing from elsewhere.
 
-mod plot;
-
-pub use plot::{Plot, Series};
-
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 
 use crate::markup::escaped;
+use crate::plot::Plot;
 use crate::table::Table;
 
 const STYLE: &str = include_str!("style.css");

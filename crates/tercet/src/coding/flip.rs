@@ -5,7 +5,9 @@
 //! and which valences they lead to are known exactly. The geometry depends on no flip, so that it
 //! is computed for all edges at once, before the first bit.
 
+use super::births::Births;
 use super::model::BitModel;
+use super::panel::Panel;
 use super::shape::Shapes;
 use super::vector::{Point, dot, sub};
 use crate::Effort;
@@ -15,6 +17,8 @@ use crate::mesh::{NONE, Surface, next, prev};
 /// The models of flip bits; they live as long as the file.
 pub(crate) enum FlipModels {
     Mixed(BitModel<6>),
+    /// More contexts, for size.
+    Panel(Box<FlipPanel>),
     /// One context, for speed.
     Single(Vec<Counter>),
 }
@@ -88,9 +92,8 @@ impl FlipModels {
     pub fn new(effort: Effort) -> Self {
         match effort {
             Effort::Fast => FlipModels::Single(vec![Counter::NEW; SINGLE]),
-            Effort::Default | Effort::Max => {
-                FlipModels::Mixed(BitModel::new([512, 2048, 1024, 4096, 1024, 4096], 64, 260))
-            }
+            Effort::Max => FlipModels::Panel(Box::new(FlipPanel::new())),
+            Effort::Default => FlipModels::Mixed(BitModel::new([512, 2048, 1024, 4096, 1024, 4096], 64, 260)),
         }
     }
 
@@ -118,6 +121,7 @@ impl FlipModels {
                         let (set, contexts) = state.contexts(candidate, [c, o], turned);
                         bits.code(coder, known, set, contexts)
                     }
+                    FlipModels::Panel(panel) => panel.code(coder, known, &state, candidate, [c, o], turned),
                     FlipModels::Single(counters) => {
                         let counter = &mut counters[state.context(candidate, [c, o], turned)];
                         let bit = coder.bit(known, counter.p());
@@ -130,6 +134,74 @@ impl FlipModels {
             flip[o as usize] = bit;
             state.decide([c, o], bit);
         }
+        if let FlipModels::Panel(panel) = self {
+            panel.births.advance(surface.vertices);
+        }
+    }
+}
+
+/// The contexts of the mixed model and five more.
+pub(crate) struct FlipPanel {
+    bits: Panel<11, 5>,
+    births: Births,
+}
+
+/// Pairs of ages: of the ends of an edge, and of its apexes, where new vertices have one of their own.
+const END_AGES: usize = Births::AGES.pow(2);
+const APEX_AGES: usize = (Births::AGES + 1).pow(2);
+
+impl FlipPanel {
+    fn new() -> Self {
+        let ages = END_AGES * APEX_AGES;
+        let sizes =
+            [512, 2048, 1024, 4096, 1024, 4096, ages * 16, END_AGES * 64, 256 * 64, 256 * 64, 32 * 8 * 32];
+        FlipPanel { bits: Panel::new(sizes, [64, 256, ages, 64, 4]), births: Births::default() }
+    }
+
+    fn code<C: Coder>(
+        &mut self,
+        coder: &mut C,
+        bit: bool,
+        state: &State,
+        candidate: Candidate,
+        [c, o]: [u32; 2],
+        turned: [Turned; 2],
+    ) -> bool {
+        let surface = state.surface;
+        let age = |c: u32| self.births.age(surface.at(c));
+        let apex = |c: u32, turned: Turned| if turned.is_split() { Births::AGES } else { age(c) };
+        let ordered = |[a, b]: [usize; 2]| [a.min(b), a.max(b)];
+        let [young, old] = ordered([age(next(c)), age(prev(c))]);
+        let ends = young * Births::AGES + old;
+        let [young, old] = ordered([apex(c, turned[0]), apex(o, turned[1])]);
+        let ages = ends * APEX_AGES + young * (Births::AGES + 1) + old;
+        let [few, many] = ordered(turned.map(Turned::outcomes));
+        let outcomes = few * 16 + many;
+        let at_ends = [next(c), prev(c)].map(|c| state.expected[surface.at(c) as usize] + PRIOR);
+        let at_apexes = [state.apex_valence(c, turned[0]), state.apex_valence(o, turned[1])];
+        let excess = at_ends[0] + at_ends[1] - at_apexes[0] - at_apexes[1];
+        let balance = (excess / (UNIT / 2) + 16).clamp(0, 31) as usize;
+        let valences = |expected: [i32; 2]| {
+            let [low, high] = ordered(expected.map(|e| ((e - 3 * UNIT) / UNIT).clamp(0, 7) as usize));
+            low * 8 + high
+        };
+        let (angle, one) = (candidate.angle as usize, candidate.one as usize);
+        let (set, [k0, k1, k2, k3, k4, k5]) = state.contexts(candidate, [c, o], turned);
+        let contexts = [
+            k0,
+            k1,
+            k2,
+            k3,
+            k4,
+            k5,
+            ages * 16 + many,
+            (ends * 32 + angle) * 2 + one,
+            outcomes * 64 + valences(at_ends),
+            outcomes * 64 + valences(at_apexes),
+            (balance * 8 + angle / 4) * 32 + candidate.ratio as usize * 2 + one,
+        ];
+        let kind = one + 2 * candidate.any_virtual as usize;
+        self.bits.code(coder, bit, [set, outcomes, ages, balance * 2 + one, kind], contexts)
     }
 }
 

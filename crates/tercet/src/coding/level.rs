@@ -1,6 +1,7 @@
 //! A level: connectivity, then positions, in both directions.
 
 use super::base::code_base;
+use super::ensemble::EnsembleModels;
 use super::flip::FlipModels;
 use super::model::number;
 use super::pass::{AxisOrder, Pass, Progress, Roughness};
@@ -50,6 +51,7 @@ struct Late {
 /// The models of positions.
 enum Positions {
     Mixed(PositionModels),
+    Ensemble(Box<EnsembleModels>),
     Tables(TableModels),
 }
 
@@ -57,7 +59,8 @@ impl Positions {
     fn new(effort: Effort) -> Self {
         match effort {
             Effort::Fast => Positions::Tables(TableModels::new()),
-            Effort::Default | Effort::Max => Positions::Mixed(PositionModels::new()),
+            Effort::Default => Positions::Mixed(PositionModels::new()),
+            Effort::Max => Positions::Ensemble(Box::new(EnsembleModels::new())),
         }
     }
 }
@@ -161,12 +164,15 @@ impl Levels {
         self.positions.extend(estimates.iter().map(|&e| round(e)));
         self.positions.resize(surface.vertices as usize, [0; 3]);
         self.rough.resize(surface.vertices as usize, Roughness::START);
-        let by_support = order == AxisOrder::NormalLast && matches!(self.position, Positions::Mixed(_));
+        let by_support = order == AxisOrder::NormalLast && !matches!(self.position, Positions::Tables(_));
         let traversal = if by_support {
             Traversal::by_support(surface, first)
         } else {
             Traversal::by_number(surface, first)
         };
+        if let Positions::Ensemble(models) = &mut self.position {
+            models.begin(surface, first, &self.positions, &self.rough);
+        }
         let progress = Progress::new(traversal, estimates.len());
         self.open =
             Some(Open { first, estimates, order, shares, bits: 0, origin: [0; 3], progress, lifted: None });
@@ -188,6 +194,7 @@ impl Levels {
         let (progress, positions, rough) = (&mut open.progress, &mut self.positions, &mut self.rough);
         let done = match &mut self.position {
             Positions::Mixed(models) => models.code(coder, &pass, progress, targets, positions, rough),
+            Positions::Ensemble(models) => models.code(coder, &pass, progress, targets, positions, rough),
             Positions::Tables(models) => models.code(coder, &pass, progress, targets, positions, rough),
         };
         match (done, &open.lifted) {
@@ -300,7 +307,7 @@ impl Levels {
             .map(|e| e.map(|x| (x >> spare).clamp(i32::MIN as i64, i32::MAX as i64) as i32));
         let mut points: Vec<Point> = known.chain(before).chain(new).collect();
         self.surface = step.refined.surface;
-        relax(&self.surface, &mut points, first);
+        relax(&self.surface, &mut points, first, self.effort);
         let estimates = points.split_off(first as usize);
         self.positions.truncate(first as usize);
         self.positions.extend(estimates.iter().map(|&p| rounded(p)));

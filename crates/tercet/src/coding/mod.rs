@@ -5,9 +5,15 @@
 //! lines on the same integers.
 
 mod base;
+mod beyond;
+mod births;
+mod ensemble;
 mod flip;
+mod histogram;
 mod level;
 mod model;
+mod opinions;
+mod panel;
 mod pass;
 pub(crate) mod payload;
 mod position;

@@ -3,7 +3,7 @@
 use crate::entropy::{Coder, Counter, Mixer, Opinions, error, squash};
 
 /// Memory of the counters: after this many outcomes the oldest begin to fade.
-const LIMIT: u16 = 250;
+pub(super) const LIMIT: u16 = 250;
 
 /// Predicts one kind of binary decision from `N` ≤ 8 contexts, mixed by weights that a further
 /// context, the *set*, selects.
@@ -25,7 +25,7 @@ impl<const N: usize> BitModel<N> {
         }
         let mut weights = [0; 8];
         weights[..N].fill((8192 * 3 / 2 / N as i32) as i16);
-        BitModel { counters: vec![Counter::NEW; total], start, mixer: Mixer::new(sets, weights), rate }
+        BitModel { counters: vec![Counter::NEW; total], start, mixer: Mixer::new(sets, |_| [weights]), rate }
     }
 
     /// Codes `bit` and learns it. `contexts[i]` must be less than the i-th size.
@@ -37,7 +37,7 @@ impl<const N: usize> BitModel<N> {
             *at = self.start[i] + contexts[i];
             opinions[i] = self.counters[*at].logit();
         }
-        let opinions = Opinions::new(opinions);
+        let opinions = &[Opinions::new(opinions)];
         let weights = self.mixer.set(set);
         let p = squash(weights.mix(opinions));
         let bit = coder.bit(bit, p);

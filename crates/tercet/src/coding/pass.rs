@@ -17,6 +17,15 @@ impl Roughness {
     /// Of vertices about which nothing is known.
     pub const START: Roughness = Roughness { tangential: 8 << 8, normal: 4 << 8 };
 
+    /// Of a vertex whose coordinates, in the order of coding, were `off` by so much.
+    pub fn of(off: [u64; 3], order: AxisOrder) -> Self {
+        let [first, second, third] = off.map(|off| off.min(u32::MAX as u64 / 16) as u32);
+        match order {
+            AxisOrder::NormalLast => Roughness { tangential: (first + second) / 2, normal: third },
+            AxisOrder::NormalFirst => Roughness { tangential: (second + third) / 2, normal: first },
+        }
+    }
+
     pub fn blend(&mut self, other: Roughness) {
         self.tangential = (self.tangential * 7 + other.tangential) / 8;
         self.normal = (self.normal * 7 + other.normal) / 8;

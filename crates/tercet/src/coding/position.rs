@@ -7,16 +7,24 @@
 //! surface first, and on the last one every expectation is moved into the tangent plane.
 
 use super::pass::{AxisOrder, Pass, Progress, Roughness};
-use super::residual::{EXPERTS, Expert, ResidualModels, Situation};
+use super::residual::{Expert, ResidualModels, Situation};
 use super::ring::{Neighbourhood, Ring};
 use super::scale::{Scale, ScaleCell, bin, ratio};
 use super::vector::{COORDINATE_LIMIT, Point, Vector};
 use crate::entropy::Coder;
 use crate::subdivide::FRACTION_BITS;
 
+/// What is asked about a coordinate: experts, contexts, lists of candidates, sets of weights, histograms,
+/// and how many vectors of eight opinions that makes.
+pub(super) const EXPERTS: usize = 3;
+const CONTEXTS: usize = 1;
+pub(super) const LISTS: usize = 3;
+const SETS: usize = 2;
+type Residual = ResidualModels<EXPERTS, CONTEXTS, LISTS, SETS, 0, 1>;
+
 /// The models of positions; they live as long as the file.
 pub(crate) struct PositionModels {
-    residual: ResidualModels,
+    residual: Residual,
     /// By kind of axis, size of the neighbourhood, roughness and how well it is known.
     by_roughness: Vec<ScaleCell>,
     /// By kind of axis, class and size of the neighbourhood.
@@ -38,7 +46,7 @@ const DISTANCES: usize = 8;
 impl PositionModels {
     pub fn new() -> Self {
         PositionModels {
-            residual: ResidualModels::new(),
+            residual: Residual::new([243], [24, 120], |_| [[2730, 2730, 2730, 512, 512, 512, 512, 0]]),
             by_roughness: vec![ScaleCell::default(); 3 * SIZES * ROUGH * 3],
             by_class: vec![ScaleCell::default(); 3 * CLASSES * SIZES],
             by_distance: vec![ScaleCell::default(); EXPERTS * 3 * DISTANCES * ROUGH],
@@ -100,9 +108,7 @@ impl PositionModels {
         let mut point = target;
         let mut sizes = [0u64; 3];
         for (step, &axis) in axes.iter().enumerate() {
-            let across = (step == 2) == (order == AxisOrder::NormalLast)
-                && (step == 0) != (order == AxisOrder::NormalLast);
-            let kind = match (around.at_boundary, across) {
+            let kind = match (around.at_boundary, is_across(step, order)) {
                 (true, _) => BOUNDARY,
                 (_, true) => NORMAL,
                 _ => TANGENTIAL,
@@ -115,12 +121,7 @@ impl PositionModels {
             sizes[step] = off[0].unsigned_abs();
             shift(&mut centres, off, around.normal, axes, step, order);
         }
-        let [first, second, third] = sizes.map(|s| s.min(u32::MAX as u64 / 16) as u32);
-        let rough = match order {
-            AxisOrder::NormalLast => Roughness { tangential: (first + second) / 2, normal: third },
-            AxisOrder::NormalFirst => Roughness { tangential: (second + third) / 2, normal: first },
-        };
-        (point, rough)
+        (point, Roughness::of(sizes, order))
     }
 
     fn coordinate<C: Coder>(
@@ -192,11 +193,16 @@ pub(super) fn axes(normal: Vector, order: AxisOrder) -> [usize; 3] {
     }
 }
 
+/// Whether the axis that comes `step`th is the one along the normal.
+pub(super) fn is_across(step: usize, order: AxisOrder) -> bool {
+    step == if order == AxisOrder::NormalLast { 2 } else { 0 }
+}
+
 /// Moves the expectations of the later axes by what the coded one was off, so that the point
 /// stays in the tangent plane (normal last) or on the normal line (normal first).
-fn shift(
-    centres: &mut [Vector; EXPERTS],
-    off: [i64; EXPERTS],
+pub(super) fn shift<const E: usize>(
+    centres: &mut [Vector; E],
+    off: [i64; E],
     normal: Vector,
     axes: [usize; 3],
     step: usize,
@@ -233,7 +239,11 @@ struct Coordinate<'a, 'b> {
 }
 
 impl Coordinate<'_, '_> {
-    fn situation(&self, experts: &[Expert; EXPERTS], main: u64) -> Situation {
+    fn situation(
+        &self,
+        experts: &[Expert; EXPERTS],
+        main: u64,
+    ) -> Situation<'static, CONTEXTS, LISTS, SETS, 0> {
         let around = self.around;
         let kind = self.kind;
         let centre = experts[0].centre;
@@ -260,6 +270,7 @@ impl Coordinate<'_, '_> {
             ],
             candidates: around.candidates(self.axis, &experts.map(|e| e.centre)),
             trust: unit * 3 + kind,
+            histograms: [],
         }
     }
 }

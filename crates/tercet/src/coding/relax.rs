@@ -6,12 +6,16 @@
 //! many on the finest would: coarse levels carry far.
 
 use super::vector::{COORDINATE_LIMIT, Point};
+use crate::Effort;
 use crate::mesh::{Surface, next};
 
 /// Estimates of late vertices have so many bits behind the point.
 pub(crate) const ESTIMATE_BITS: u32 = 3;
 
-const SWEEPS: usize = 4;
+/// Sweeps on each level: in the `max` profile more, which serves large meshes.
+fn sweeps(effort: Effort) -> usize {
+    if effort == Effort::Max { 12 } else { 4 }
+}
 
 /// The largest coordinate of an estimate.
 const LARGEST: i32 = ((COORDINATE_LIMIT as i64 - 1) << ESTIMATE_BITS) as i32;
@@ -27,11 +31,11 @@ pub(crate) fn rounded(p: Point) -> Point {
 }
 
 /// Smooths the estimates of the vertices from `first` on; `points` has an entry a vertex. Time O(n).
-pub(crate) fn relax(surface: &Surface, points: &mut [Point], first: u32) {
+pub(crate) fn relax(surface: &Surface, points: &mut [Point], first: u32, effort: Effort) {
     let neighbours = real_neighbours(surface);
     let mut sums = Vec::new();
     let mut off = vec![[0i32; 3]; points.len()];
-    for _ in 0..SWEEPS {
+    for _ in 0..sweeps(effort) {
         sum_neighbours(surface, points, &mut sums);
         for (v, off) in off.iter_mut().enumerate() {
             *off = from_mean(&sums[v], neighbours[v], points[v]);
@@ -101,7 +105,7 @@ mod tests {
         let (mut late, before) = (points.clone(), points);
         let first = middle as u32;
         for _ in 0..4 {
-            relax(&surface, &mut late, first);
+            relax(&surface, &mut late, first, Effort::Default);
         }
         assert_eq!(late[..middle], before[..middle]);
         assert!(late[middle][2].abs() < 800, "{:?}", late[middle]);
@@ -113,7 +117,7 @@ mod tests {
         let far = COORDINATE_LIMIT;
         let mut points: Vec<Point> =
             (0..surface.vertices as i32).map(|v| precise([far * (v % 2 * 2 - 1), -far, far])).collect();
-        relax(&surface, &mut points, surface.virtuals);
+        relax(&surface, &mut points, surface.virtuals, Effort::Default);
         assert!(points.iter().flatten().all(|x| x.abs() <= LARGEST));
         assert_eq!(rounded(precise([far, -far, 5])), [far - 1, 1 - far, 5]);
     }

@@ -10,28 +10,17 @@
 //! - upper part [m, h) of [l, h): logit = (m−l) + ln(e^(h−m) − 1) − ln(e^(m−l) − 1)
 //!   + ln(1 + e^l) − ln(1 + e^h), all standardised.
 //!
-//! Counters under geometric contexts add what the distributions do not know, and a mixer weighs
-//! them all.
+//! Counters under geometric contexts add what the distributions do not know, and mixers weigh
+//! them all. How many of each there are is the profile's choice: `E` experts, `K` contexts that hold for
+//! a whole coordinate, `L` lists of candidates and `G` histograms, each a context that changes with every
+//! decision, `S` sets of weights, and `V` vectors of eight opinions for what these give and a bias.
 
+use super::histogram::Histogram;
 use super::model::number;
 use super::scale::Scale;
 use super::vector::COORDINATE_LIMIT;
 use crate::entropy::{Coder, Counter, LOGIT_LIMIT, Mixer, Opinions, error, log_expm1, softplus, squash};
 
-/// Number of experts.
-pub(crate) const EXPERTS: usize = 3;
-/// Number of counter contexts that hold for a whole coordinate.
-pub(crate) const CONTEXTS: usize = 1;
-/// Number of candidate lists, each a counter context that changes with every decision.
-pub(crate) const LISTS: usize = 3;
-const COUNTERS: usize = CONTEXTS + LISTS;
-const INPUTS: usize = 8;
-const _: () = assert!(EXPERTS + COUNTERS < INPUTS);
-
-/// Sizes of the contexts; a caller's values lie below them.
-pub(crate) const SIZES: [usize; CONTEXTS] = [243];
-/// Numbers of values of the two set selectors.
-pub(crate) const SETS: [usize; 2] = [24, 120];
 /// Number of values of [`Situation::trust`].
 pub(crate) const TRUSTS: usize = 24;
 
@@ -59,17 +48,19 @@ pub(crate) struct Expert {
 }
 
 /// The contexts of one coordinate.
-pub(crate) struct Situation {
+pub(crate) struct Situation<'a, const K: usize, const L: usize, const S: usize, const G: usize> {
     /// Context values for the sign and for magnitudes above the centre.
-    pub above: [usize; CONTEXTS],
+    pub above: [usize; K],
     /// The same, seen in the mirror, for magnitudes below the centre.
-    pub below: [usize; CONTEXTS],
-    /// The selectors of the mixer's weights.
-    pub sets: [usize; 2],
+    pub below: [usize; K],
+    /// The selectors of the mixers' weights.
+    pub sets: [usize; S],
     /// Values that the coordinate may well repeat.
-    pub candidates: [Candidates; LISTS],
+    pub candidates: [Candidates; L],
     /// How much a candidate is worth here.
     pub trust: usize,
+    /// How often coordinates have had which values.
+    pub histograms: [&'a Histogram; G],
 }
 
 /// A short list of values near a centre.
@@ -127,7 +118,7 @@ impl Magnitudes {
 }
 
 /// How many candidates of each list lie below a magnitude.
-type Below = [u8; LISTS];
+type Below<const L: usize> = [u8; L];
 
 /// The number of ones in a byte.
 static COUNT: [u8; 256] = {
@@ -140,33 +131,70 @@ static COUNT: [u8; 256] = {
     table
 };
 
+/// Bins of a number of earlier coordinates: 0, 1, 2 to 3, 4 to 7 …
+const FREQUENCY_BINS: usize = 8;
+
+/// The initial weights of the opinions, by node.
+pub(crate) type InitialWeights<const V: usize> = fn(usize) -> [[i16; 8]; V];
+
 /// The models of coordinates; they live as long as the file.
-pub(crate) struct ResidualModels {
-    by_context: [Vec<[Counter; NODES]>; CONTEXTS],
-    by_split: [Vec<[Counter; NODES]>; LISTS],
-    mixers: [Mixer; 2],
+pub(crate) struct ResidualModels<
+    const E: usize,
+    const K: usize,
+    const L: usize,
+    const S: usize,
+    const G: usize,
+    const V: usize,
+> {
+    by_context: [Vec<[Counter; NODES]>; K],
+    by_split: [Vec<[Counter; NODES]>; L],
+    by_frequency: [Vec<[Counter; NODES]>; G],
+    mixers: [Mixer<V>; S],
 }
 
 /// One coordinate being coded.
-struct Walk<'a> {
-    situation: &'a Situation,
-    experts: &'a [Expert; EXPERTS],
+struct Walk<
+    'a,
+    const E: usize,
+    const K: usize,
+    const L: usize,
+    const S: usize,
+    const G: usize,
+    const V: usize,
+> {
+    situation: &'a Situation<'a, K, L, S, G>,
+    experts: &'a [Expert; E],
     /// Standardised distance of each expert's centre from the boundary at magnitude 0.
-    z: [i32; EXPERTS],
-    candidates: [Magnitudes; LISTS],
+    z: [i32; E],
+    candidates: [Magnitudes; L],
     /// The value of each context.
-    contexts: &'a [usize; CONTEXTS],
-    inputs: [i16; INPUTS],
+    contexts: &'a [usize; K],
+    inputs: [[i16; 8]; V],
     /// Candidates below the bounds of the next decision's two parts.
-    low: Below,
-    middle: Below,
-    high: Below,
+    low: Below<L>,
+    middle: Below<L>,
+    high: Below<L>,
+    /// The values at those bounds, if histograms ask for them.
+    bounds: [i64; 3],
+    centre: i64,
+    negative: bool,
 }
 
-impl Walk<'_> {
+impl<const E: usize, const K: usize, const L: usize, const S: usize, const G: usize, const V: usize>
+    Walk<'_, E, K, L, S, G, V>
+{
     #[inline(always)]
-    fn below(&self, magnitude: i64) -> Below {
+    fn below(&self, magnitude: i64) -> Below<L> {
         self.candidates.map(|list| list.below(bound(magnitude)))
+    }
+
+    /// Notes the magnitudes that bound the next decision's parts as values.
+    #[inline(always)]
+    fn bound_by(&mut self, magnitudes: [i64; 3]) {
+        if G > 0 {
+            let sign = if self.negative { -1 } else { 1 };
+            self.bounds = magnitudes.map(|m| self.centre + sign * m);
+        }
     }
 
     /// Whether a candidate of the first two lists lies between the low and the high bound.
@@ -176,16 +204,20 @@ impl Walk<'_> {
     }
 }
 
-impl ResidualModels {
-    pub fn new() -> Self {
+impl<const E: usize, const K: usize, const L: usize, const S: usize, const G: usize, const V: usize>
+    ResidualModels<E, K, L, S, G, V>
+{
+    const FITS: () = assert!(E + K + L + G < 8 * V);
+
+    /// `sizes` are the numbers of values of the contexts, `sets` those of the selectors.
+    pub fn new(sizes: [usize; K], sets: [usize; S], weights: InitialWeights<V>) -> Self {
+        let () = Self::FITS;
         let table = |contexts: usize| vec![[Counter::NEW; NODES]; contexts];
-        let mut weights = [512i16; INPUTS];
-        weights[..EXPERTS].fill((8192 / EXPERTS) as i16);
-        weights[INPUTS - 1] = 0;
         ResidualModels {
-            by_context: SIZES.map(table),
-            by_split: [Candidates::SPLITS * TRUSTS; LISTS].map(table),
-            mixers: SETS.map(|sets| Mixer::new(sets * NODES, weights)),
+            by_context: sizes.map(table),
+            by_split: [Candidates::SPLITS * TRUSTS; L].map(table),
+            by_frequency: [FREQUENCY_BINS * FREQUENCY_BINS * TRUSTS; G].map(table),
+            mixers: sets.map(|sets| Mixer::new(sets * NODES, |i| weights(i % NODES))),
         }
     }
 
@@ -194,22 +226,22 @@ impl ResidualModels {
         &mut self,
         coder: &mut C,
         value: i32,
-        experts: &[Expert; EXPERTS],
-        situation: &Situation,
+        experts: &[Expert; E],
+        situation: &Situation<'_, K, L, S, G>,
     ) -> i32 {
         let centre = (experts[0].centre + 128) >> 8;
         let value = value as i64;
-        let mut z = [0; EXPERTS];
-        for j in 0..EXPERTS {
+        let mut z = [0; E];
+        for j in 0..E {
             z[j] = experts[j].scale.standardise((centre << 8) - 128 - experts[j].centre);
         }
-        let mut inputs = [0i16; INPUTS];
-        inputs[INPUTS - 1] = BIAS;
-        for (input, z) in inputs.iter_mut().zip(z) {
+        let mut inputs = [[0i16; 8]; V];
+        inputs[V - 1][7] = BIAS;
+        for (input, z) in inputs.as_flattened_mut().iter_mut().zip(z) {
             *input = clamp(z);
         }
         let candidates = situation.candidates.map(|c| Magnitudes(Opinions::new(c.above)));
-        let none = [0; LISTS];
+        let none = [0; L];
         let mut walk = Walk {
             situation,
             experts,
@@ -220,12 +252,17 @@ impl ResidualModels {
             low: none,
             middle: none,
             high: none,
+            bounds: [0; 3],
+            centre,
+            negative: false,
         };
         let window = 4 * experts[0].scale.unit() + 1;
         [walk.low, walk.middle, walk.high] = [-window, 0, window].map(|bound| walk.below(bound));
+        walk.bound_by([-window, 0, window]);
         let negative = self.decide(coder, value < centre, SIGN, &walk);
         if negative {
             walk.contexts = &situation.below;
+            walk.negative = true;
             for z in &mut walk.z {
                 *z = -*z;
             }
@@ -242,23 +279,29 @@ impl ResidualModels {
         value.clamp(-(COORDINATE_LIMIT as i64), COORDINATE_LIMIT as i64) as i32
     }
 
-    fn magnitude<C: Coder>(&mut self, coder: &mut C, magnitude: i64, walk: &mut Walk) -> i64 {
+    fn magnitude<C: Coder>(
+        &mut self,
+        coder: &mut C,
+        magnitude: i64,
+        walk: &mut Walk<E, K, L, S, G, V>,
+    ) -> i64 {
         let unit = walk.experts[0].scale.unit();
-        let (mut step, mut one) = ([0; EXPERTS], [0; EXPERTS]);
-        for j in 0..EXPERTS {
+        let (mut step, mut one) = ([0; E], [0; E]);
+        for j in 0..E {
             step[j] = walk.experts[j].scale.length(unit);
             one[j] = log_expm1(step[j]);
         }
         let mut low = 0;
         for (k, &high) in BINS.iter().enumerate() {
-            for j in 0..EXPERTS {
+            for j in 0..E {
                 let at = walk.z[j] + low as i32 * step[j];
                 let mass = if high - low == 1 { one[j] } else { log_expm1((high - low) as i32 * step[j]) };
-                walk.inputs[j] = clamp(softplus(-at) - mass);
+                walk.inputs[j / 8][j % 8] = clamp(softplus(-at) - mass);
             }
             let node = FIRST_BIN + k.min(BIN_NODES - 1);
             walk.low = walk.middle;
             [walk.middle, walk.high] = [high, high + 4].map(|bound| walk.below(bound * unit));
+            walk.bound_by([low * unit, high * unit, (high + 4) * unit]);
             if !self.decide(coder, magnitude >= high * unit, node, walk) {
                 walk.high = walk.middle;
                 return self.within(coder, magnitude, [low * unit, high * unit], walk);
@@ -270,20 +313,27 @@ impl ResidualModels {
     }
 
     /// Halves the bin until one integer is left.
-    fn within<C: Coder>(&mut self, coder: &mut C, magnitude: i64, bin: [i64; 2], walk: &mut Walk) -> i64 {
+    fn within<C: Coder>(
+        &mut self,
+        coder: &mut C,
+        magnitude: i64,
+        bin: [i64; 2],
+        walk: &mut Walk<E, K, L, S, G, V>,
+    ) -> i64 {
         let [mut low, mut high] = bin;
         let mut depth = 0;
         while high - low > 1 {
             let middle = (low + high) / 2;
             let upper = if depth == 0 || depth < HALVING_NODES && walk.any_candidate() {
-                for j in 0..EXPERTS {
+                for j in 0..E {
                     let z = |steps: i64| walk.experts[j].scale.length(steps);
                     let (l, h) = (walk.z[j] + z(low), walk.z[j] + z(high));
                     let (lower, upper) = (z(middle - low), z(high - middle));
                     let logit = lower + log_expm1(upper) - log_expm1(lower) + softplus(l) - softplus(h);
-                    walk.inputs[j] = clamp(logit);
+                    walk.inputs[j / 8][j % 8] = clamp(logit);
                 }
                 walk.middle = walk.below(middle);
+                walk.bound_by([low, middle, high]);
                 let upper = self.decide(coder, magnitude >= middle, FIRST_HALVING + depth, walk);
                 if upper {
                     walk.low = walk.middle;
@@ -307,32 +357,55 @@ impl ResidualModels {
 
     /// One binary decision: whether the value lies in the upper of the walk's two parts.
     #[inline(never)]
-    fn decide<C: Coder>(&mut self, coder: &mut C, bit: bool, node: usize, walk: &Walk) -> bool {
+    fn decide<C: Coder>(
+        &mut self,
+        coder: &mut C,
+        bit: bool,
+        node: usize,
+        walk: &Walk<E, K, L, S, G, V>,
+    ) -> bool {
         let node = node & (NODES - 1);
-        let [by_context] = &mut self.by_context;
-        let context = &mut by_context[walk.contexts[0]][node];
-        let [a, b, c] = &mut self.by_split;
-        let row = |i: usize| {
+        let mut inputs = walk.inputs;
+        let flat = inputs.as_flattened_mut();
+        for i in 0..K {
+            flat[E + i] = self.by_context[i][walk.contexts[i]][node].logit();
+        }
+        let mut rows = [0; L];
+        for i in 0..L {
             let parts =
                 [walk.middle[i] - walk.low[i], walk.high[i] - walk.middle[i]].map(|n| n.min(3) as usize);
-            (4 * parts[0] + parts[1]) * TRUSTS + walk.situation.trust
-        };
-        let counters = [context, &mut a[row(0)][node], &mut b[row(1)][node], &mut c[row(2)][node]];
-        let mut inputs = walk.inputs;
-        for (input, counter) in inputs[EXPERTS..].iter_mut().zip(&counters) {
-            *input = counter.logit();
+            rows[i] = (4 * parts[0] + parts[1]) * TRUSTS + walk.situation.trust;
+            flat[E + K + i] = self.by_split[i][rows[i]][node].logit();
         }
-        let opinions = Opinions::new(inputs);
-        let [first, second] = &mut self.mixers;
-        let first = first.set(walk.situation.sets[0] * NODES + node);
-        let second = second.set(walk.situation.sets[1] * NODES + node);
-        let p = squash((first.mix(opinions) + second.mix(opinions)) >> 1);
+        let mut frequencies = [0; G];
+        for i in 0..G {
+            let [low, middle, high] = walk.bounds;
+            let parts = [[low, middle], [middle, high]].map(|part| {
+                let earlier = walk.situation.histograms[i].between(part);
+                (u32::BITS - earlier.leading_zeros()).min(FREQUENCY_BINS as u32 - 1) as usize
+            });
+            frequencies[i] = (FREQUENCY_BINS * parts[0] + parts[1]) * TRUSTS + walk.situation.trust;
+            flat[E + K + L + i] = self.by_frequency[i][frequencies[i]][node].logit();
+        }
+        let opinions = &inputs.map(Opinions::new);
+        let mut sum = 0;
+        for (mixer, set) in self.mixers.iter_mut().zip(walk.situation.sets) {
+            sum += mixer.set(set * NODES + node).mix(opinions);
+        }
+        let p = squash(sum.div_euclid(S as i32));
         let bit = coder.bit(bit, p);
         let error = error(bit, p);
-        first.learn(opinions, error, MIXER_RATE);
-        second.learn(opinions, error, MIXER_RATE);
-        for counter in counters {
-            counter.learn(bit, COUNTER_LIMIT);
+        for (mixer, set) in self.mixers.iter_mut().zip(walk.situation.sets) {
+            mixer.set(set * NODES + node).learn(opinions, error, MIXER_RATE);
+        }
+        for i in 0..K {
+            self.by_context[i][walk.contexts[i]][node].learn(bit, COUNTER_LIMIT);
+        }
+        for i in 0..L {
+            self.by_split[i][rows[i]][node].learn(bit, COUNTER_LIMIT);
+        }
+        for i in 0..G {
+            self.by_frequency[i][frequencies[i]][node].learn(bit, COUNTER_LIMIT);
         }
         bit
     }
@@ -349,9 +422,15 @@ mod tests {
     use crate::entropy::{Decoder, Encoder};
     use proptest::prelude::*;
 
-    fn situation() -> Situation {
-        let candidates = [Candidates::EMPTY; LISTS];
-        Situation { above: [0; CONTEXTS], below: [1; CONTEXTS], sets: [0, 0], candidates, trust: 0 }
+    const EXPERTS: usize = 3;
+
+    fn situation(histogram: &Histogram) -> Situation<'_, 1, 2, 2, 1> {
+        let candidates = [Candidates::EMPTY; 2];
+        Situation { above: [0], below: [1], sets: [0, 0], candidates, trust: 0, histograms: [histogram] }
+    }
+
+    fn fresh() -> ResidualModels<EXPERTS, 1, 2, 2, 1, 1> {
+        ResidualModels::new([2], [1, 1], |_| [[2730, 2730, 2730, 512, 512, 512, 512, 0]])
     }
 
     proptest! {
@@ -363,6 +442,7 @@ mod tests {
                 any::<bool>(),
             ), 1..50)
         ) {
+            let histogram = Histogram::new();
             let experts = |e: &[(i64, u64); EXPERTS], near: bool, v: i32| {
                 let mut experts = e.map(|(centre, mean)| Expert { centre, scale: Scale::new(mean) });
                 if near {
@@ -370,27 +450,28 @@ mod tests {
                 }
                 experts
             };
-            let (mut models, mut encoder) = (ResidualModels::new(), Encoder::new());
+            let (mut models, mut encoder) = (fresh(), Encoder::new());
             for (v, e, near) in &cases {
-                models.code(&mut encoder, *v, &experts(e, *near, *v), &situation());
+                models.code(&mut encoder, *v, &experts(e, *near, *v), &situation(&histogram));
             }
             let bytes = encoder.finish();
-            let (mut models, mut decoder) = (ResidualModels::new(), Decoder::new(&bytes));
+            let (mut models, mut decoder) = (fresh(), Decoder::new(&bytes));
             for (v, e, near) in &cases {
-                prop_assert_eq!(models.code(&mut decoder, 0, &experts(e, *near, *v), &situation()), *v);
+                prop_assert_eq!(models.code(&mut decoder, 0, &experts(e, *near, *v), &situation(&histogram)), *v);
             }
         }
     }
 
     #[test]
     fn a_value_that_an_expert_knows_costs_little() {
-        let (mut models, mut encoder) = (ResidualModels::new(), Encoder::new());
+        let histogram = Histogram::new();
+        let (mut models, mut encoder) = (fresh(), Encoder::new());
         for i in 0..2000i64 {
             let value = (i * i * 31 % 1000) as i32;
             let wrong = Expert { centre: 500 << 8, scale: Scale::new(200 << 8) };
             let mut experts = [wrong; EXPERTS];
             experts[0] = Expert { centre: (value as i64) << 8, scale: Scale::new(64) };
-            models.code(&mut encoder, value, &experts, &situation());
+            models.code(&mut encoder, value, &experts, &situation(&histogram));
         }
         let bytes = encoder.finish().len();
         assert!(bytes < 500, "{bytes} bytes for 2000 known values");

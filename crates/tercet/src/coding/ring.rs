@@ -1,7 +1,8 @@
 //! What is known around a vertex, and where that places it.
 
 use super::pass::{Pass, Roughness};
-use super::residual::{Candidates, EXPERTS, LISTS};
+use super::position::{EXPERTS, LISTS};
+use super::residual::Candidates;
 use super::scale::bin;
 use super::vector::{Point, Vector, add_to, cross, sub};
 use crate::mesh::{NONE, Surface, next};
@@ -71,6 +72,10 @@ pub(crate) struct Neighbourhood<'a> {
     pub predictions: [Vector; EXPERTS],
     /// The second nearest parallelogram, in 1/256.
     pub second: Vector,
+    /// The mean of the known neighbours, and that of the parallelograms (the corrected estimate without
+    /// one), in 1/256.
+    pub mean: Vector,
+    pub parallel: Vector,
     /// Normal of the surface here, of any length below 2⁴⁸.
     pub normal: Vector,
     pub at_boundary: bool,
@@ -178,6 +183,8 @@ impl<'a> Neighbourhood<'a> {
         Neighbourhood {
             predictions: [first, nearest, fallback],
             second,
+            mean,
+            parallel: base,
             normal: ring.normal(pass, known, positions),
             at_boundary: ring.at_boundary,
             parallelograms: count,

@@ -3,7 +3,9 @@
 //! Faces are coded in index order. A face tends to split where it is large: a split face stands
 //! for three fine ones. What its neighbours did and which valences would result tell the rest.
 
+use super::births::Births;
 use super::model::BitModel;
+use super::panel::Panel;
 use super::shape::{Shapes, VIRTUAL};
 use super::vector::{Point, dot, sub};
 use crate::Effort;
@@ -13,6 +15,8 @@ use crate::mesh::Surface;
 /// The models of split bits; they live as long as the file.
 pub(crate) enum SplitModels {
     Mixed(BitModel<6>),
+    /// More contexts, for size.
+    Panel(Box<SplitPanel>),
     /// One context, for speed.
     Single(Vec<Counter>),
 }
@@ -54,9 +58,8 @@ impl SplitModels {
     pub fn new(effort: Effort) -> Self {
         match effort {
             Effort::Fast => SplitModels::Single(vec![Counter::NEW; SINGLE]),
-            Effort::Default | Effort::Max => {
-                SplitModels::Mixed(BitModel::new([640, 1024, 640, 3584, 1120, 5760], 32, 260))
-            }
+            Effort::Max => SplitModels::Panel(Box::new(SplitPanel::new())),
+            Effort::Default => SplitModels::Mixed(BitModel::new([640, 1024, 640, 3584, 1120, 5760], 32, 260)),
         }
     }
 
@@ -99,24 +102,28 @@ impl SplitModels {
             };
             let flag = shape.is_virtual() as usize;
             let known = split[f as usize];
+            let contexts = || {
+                let [beside, aspect] = match shape.is_virtual() {
+                    true => [0, 0],
+                    false => [
+                        beside(area, across.map(|g| shapes.face[g as usize].area)),
+                        aspect(face.map(|v| positions[v as usize])),
+                    ],
+                };
+                [
+                    (local * 16 + neighbours) * 2 + flag,
+                    valence_triple(&around) * 2 + flag,
+                    (local * 16 + size) * 2 + flag,
+                    incidences(&around) * 2 + flag,
+                    (local * 8 + beside) * 7 + aspect,
+                    tightest(&around) * 16 + neighbours,
+                ]
+            };
             let bit = match self {
-                SplitModels::Mixed(bits) => {
-                    let [beside, aspect] = match shape.is_virtual() {
-                        true => [0, 0],
-                        false => [
-                            beside(area, across.map(|g| shapes.face[g as usize].area)),
-                            aspect(face.map(|v| positions[v as usize])),
-                        ],
-                    };
-                    let contexts = [
-                        (local * 16 + neighbours) * 2 + flag,
-                        valence_triple(&around) * 2 + flag,
-                        (local * 16 + size) * 2 + flag,
-                        incidences(&around) * 2 + flag,
-                        (local * 8 + beside) * 7 + aspect,
-                        tightest(&around) * 16 + neighbours,
-                    ];
-                    bits.code(coder, known, neighbours * 2 + flag, contexts)
+                SplitModels::Mixed(bits) => bits.code(coder, known, neighbours * 2 + flag, contexts()),
+                SplitModels::Panel(panel) => {
+                    let bins = [local, size, neighbours, flag];
+                    panel.code(coder, known, contexts(), face, &around, bins)
                 }
                 SplitModels::Single(counters) => {
                     let local = if shape.is_virtual() { 0 } else { local.clamp(3, 17) - 2 };
@@ -137,6 +144,55 @@ impl SplitModels {
                 *count = count.saturating_add(1);
             }
         }
+        if let SplitModels::Panel(panel) = self {
+            panel.births.advance(surface.vertices);
+        }
+    }
+}
+
+/// The contexts of the mixed model and five more.
+pub(crate) struct SplitPanel {
+    bits: Panel<11, 5>,
+    births: Births,
+}
+
+/// Sorted triples of ages, as digits.
+const AGES: usize = Births::AGES.pow(3);
+
+impl SplitPanel {
+    fn new() -> Self {
+        let sizes = [640, 1024, 640, 3584, 1120, 5760, 512, PAIRS * PAIRS, AGES * 16, AGES * 512, 20 * AGES];
+        SplitPanel { bits: Panel::new(sizes, [32, AGES, 60, 16, 1]), births: Births::default() }
+    }
+
+    fn code<C: Coder>(
+        &mut self,
+        coder: &mut C,
+        bit: bool,
+        mixed: [usize; 6],
+        face: [u32; 3],
+        around: &[Corner; 3],
+        [local, size, neighbours, flag]: [usize; 4],
+    ) -> bool {
+        let mut ages = face.map(|v| self.births.age(v));
+        ages.sort_unstable();
+        let ages = ages.into_iter().fold(0, |digits, age| digits * Births::AGES + age);
+        let [a, b, c, d, e, f] = mixed;
+        let contexts = [
+            a,
+            b,
+            c,
+            d,
+            e,
+            f,
+            (size * 16 + neighbours) * 2 + flag,
+            two_tightest(around),
+            ages * 16 + neighbours,
+            ages * 512 + valence_triple(around),
+            local * AGES + ages,
+        ];
+        let sets = [neighbours * 2 + flag, ages, local * 3 + share(around), size, 0];
+        self.bits.code(coder, bit, sets, contexts)
     }
 }
 
@@ -206,4 +262,17 @@ fn tightest(around: &[Corner; 3]) -> usize {
         undecided << 16 | key
     });
     (a.min(b).min(c) & 0xffff) as usize
+}
+
+/// Values of one corner of [`two_tightest`].
+const PAIRS: usize = 128;
+
+/// The two corners with the fewest undecided faces, each by their number, its valence and splits so far.
+fn two_tightest(around: &[Corner; 3]) -> usize {
+    let mut keys = around.map(|c| {
+        let undecided = c.valence.saturating_sub(c.split.saturating_add(c.unsplit)) as usize;
+        (undecided.min(3) * 8 + c.valence.clamp(3, 10) as usize - 3) * 4 + c.split.min(3) as usize
+    });
+    keys.sort_unstable();
+    keys[0] * PAIRS + keys[1]
 }

@@ -6,12 +6,18 @@ use crate::mesh::{Mesh, NONE, Surface, cut};
 use crate::reverse::{Hierarchy, StepKind};
 use crate::{Effort, Result};
 
-/// At most so many of the finest levels get their positions late: more never paid.
-const MOST_LATE: usize = 3;
+/// At most so many of the finest levels get their positions late; more hardly pays.
+fn most_late(effort: Effort) -> usize {
+    if effort == Effort::Max { 4 } else { 3 }
+}
 
-/// A trial for [`Progressive::Best`] codes one face in so many, within these bounds.
-const SHARE: usize = 12;
-const TRIAL_FACES: std::ops::RangeInclusive<usize> = 2000..=5000;
+/// Of so many faces a trial for [`Progressive::Best`] codes a part of this size.
+fn trial_faces(faces: usize, effort: Effort) -> usize {
+    match effort {
+        Effort::Max => (faces / 3).clamp(16_000, 40_000),
+        _ => (faces / 12).clamp(2000, 5000),
+    }
+}
 
 /// A part of a mesh, as the encoder sees it.
 struct Part {
@@ -27,14 +33,14 @@ struct Part {
 /// None for the hierarchy of a mesh.
 pub(super) fn late_levels(hierarchy: &Hierarchy, options: &EncodeOptions) -> Result<usize> {
     let adaptive = hierarchy.steps.iter().take_while(|step| step.kind == StepKind::Adaptive).count();
-    let most = adaptive.min(MOST_LATE);
+    let most = adaptive.min(most_late(options.effort));
     if most == 0 || options.effort == Effort::Fast {
         return Ok(0);
     }
     let faces = hierarchy.surface(0).faces() as usize;
     match options.progressive {
         Progressive::Best => {
-            let faces = (faces / SHARE).clamp(*TRIAL_FACES.start(), *TRIAL_FACES.end());
+            let faces = trial_faces(faces, options.effort);
             Part::new(hierarchy, faces, options).worth_it(most)
         }
         Progressive::Smallest => Part::new(hierarchy, faces, options).smallest(most),
@@ -70,16 +76,17 @@ impl Part {
         Part { surface: part.surface, points, options }
     }
 
-    /// As many as make the part smaller by 3 %, or none. Most meshes need two codings to tell.
+    /// As many as make the part smaller by 2 %, or none; a part of a mesh shows less than the whole does. Most
+    /// meshes need two codings to tell.
     fn worth_it(&self, most: usize) -> Result<usize> {
         let none = self.size(0)?;
         let two = self.size(most.min(2))?;
-        if two * 64 > none * 63 {
+        if self.options.effort != Effort::Max && two * 128 > none * 127 {
             return Ok(0);
         }
         let all = self.size(most)?;
         let (least, late) = if all < two { (all, most) } else { (two, most.min(2)) };
-        Ok(if least * 100 <= none * 97 { late } else { 0 })
+        Ok(if least * 100 <= none * 98 { late } else { 0 })
     }
 
     /// As many as make the part smallest.

@@ -21,36 +21,42 @@ static BOOST: [u8; BOOSTED] = {
 /// Eight opinions, logits in 1/256.
 pub(crate) type Opinions = i16x8;
 
-/// A weight for each of eight opinions, in one situation.
+/// A weight for each of `V` times eight opinions, in one situation.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Weights {
-    weights: i16x8,
+pub(crate) struct Weights<const V: usize = 1> {
+    weights: [i16x8; V],
     /// How often it has learnt.
     uses: i16,
 }
 
 /// The weights of all situations.
 #[derive(Clone, Debug)]
-pub(crate) struct Mixer(Vec<Weights>);
+pub(crate) struct Mixer<const V: usize = 1>(Vec<Weights<V>>);
 
-impl Mixer {
-    /// `sets` situations that all start with the weights `initial` (in 1/8192).
-    pub fn new(sets: usize, initial: [i16; 8]) -> Self {
-        Mixer(vec![Weights { weights: i16x8::new(initial), uses: 0 }; sets])
+impl<const V: usize> Mixer<V> {
+    /// `sets` situations; the i-th starts with the weights `initial(i)` (in 1/8192).
+    pub fn new(sets: usize, initial: impl Fn(usize) -> [[i16; 8]; V]) -> Self {
+        let weights = |i| Weights { weights: initial(i).map(i16x8::new), uses: 0 };
+        Mixer((0..sets).map(weights).collect())
     }
 
     /// The weights in situation `set`.
     #[inline(always)]
-    pub fn set(&mut self, set: usize) -> &mut Weights {
+    pub fn set(&mut self, set: usize) -> &mut Weights<V> {
         &mut self.0[set]
     }
 }
 
-impl Weights {
+impl<const V: usize> Weights<V> {
     /// The weighted sum of the opinions.
     #[inline(always)]
-    pub fn mix(&self, opinions: Opinions) -> i32 {
-        let logit = opinions.dot(self.weights).reduce_add() >> WEIGHT_BITS;
+    pub fn mix(&self, opinions: &[Opinions; V]) -> i32 {
+        let mut sums = opinions[0].dot(self.weights[0]);
+        for (opinions, weights) in opinions.iter().zip(self.weights).skip(1) {
+            // 32 products of 2047 and 2¹⁵ fit.
+            sums += opinions.dot(weights);
+        }
+        let logit = sums.reduce_add() >> WEIGHT_BITS;
         logit.clamp(-LOGIT_LIMIT, LOGIT_LIMIT)
     }
 
@@ -60,12 +66,14 @@ impl Weights {
     /// 2¹¹ / 4 so that a step fits 16 bits, how fast to learn. All in 16 bits, eight at once: the
     /// upper half of a product, rounded, added with saturation.
     #[inline(always)]
-    pub fn learn(&mut self, opinions: Opinions, error: i32, rate: i32) {
+    pub fn learn(&mut self, opinions: &[Opinions; V], error: i32, rate: i32) {
         let rate = rate * BOOST[self.uses as usize & (BOOSTED - 1)] as i32;
         self.uses = (self.uses + 1).min(BOOSTED as i16 - 1);
         let step = i16x8::splat(((error * rate) >> 12) as i16);
-        let change = (opinions << 3_i32).mul_keep_high(step);
-        self.weights = self.weights.saturating_add((change + i16x8::splat(2)) >> 2_i32);
+        for (weights, &opinions) in self.weights.iter_mut().zip(opinions) {
+            let change = (opinions << 3_i32).mul_keep_high(step);
+            *weights = weights.saturating_add((change + i16x8::splat(2)) >> 2_i32);
+        }
     }
 }
 
@@ -82,7 +90,7 @@ mod tests {
 
     #[test]
     fn the_mixer_learns_whom_to_trust() {
-        let mut mixer = Mixer::new(1, [4096; 8]);
+        let mut mixer = Mixer::new(1, |_| [[4096; 8]]);
         let mut state = 1u32;
         let mut cost = 0.0;
         for i in 0..20_000 {
@@ -90,7 +98,7 @@ mod tests {
             let bit = state >> 30 & 1 == 1;
             let good = if bit { 300 } else { -300 };
             let noise = (state >> 20 & 511) as i16 - 256;
-            let opinions = i16x8::new([good, noise, -noise / 2, 77, 0, 0, 0, 0]);
+            let opinions = &[i16x8::new([good, noise, -noise / 2, 77, 0, 0, 0, 0])];
             let p = squash(mixer.set(0).mix(opinions));
             let cost_of = |p: f64| if bit { p } else { 1.0 - p }.log2();
             if i >= 10_000 {

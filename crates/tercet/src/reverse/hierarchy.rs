@@ -6,6 +6,8 @@ use crate::subdivide::{Update, lift_positions};
 
 /// No reverse step starts from fewer real vertices: a level costs a line of the file's index.
 const SMALLEST: u32 = 24;
+/// No adaptive one from fewer than a tenth of all, up to this: a larger base costs less than several small levels.
+const SMALLEST_ADAPTIVE: u32 = 80;
 
 /// A step that removes fewer than one vertex in this many is not worth a level …
 const LEAST_SHARE: u32 = 24;
@@ -47,6 +49,7 @@ impl Hierarchy {
             let positions = &hierarchy.positions[level];
             let step = match scheme.divide(fine, positions) {
                 Some(step) => Some(step),
+                None if real < SMALLEST_ADAPTIVE.min(all / 10) => None,
                 None => reduce(fine, positions).filter(|step| {
                     let gone = fine.vertices - step.coarse.vertices;
                     let share = if real > all / LARGE_BASE { STUCK_SHARE } else { LEAST_SHARE };
