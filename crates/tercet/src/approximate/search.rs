@@ -27,6 +27,10 @@ const ROUNDING_SQUARE: f64 = 1.0 / 24.0;
 /// How near to the bound the next size is aimed, and how near it need not come.
 const AIM: f64 = 0.98;
 const NEAR: f64 = 0.96;
+/// A mesh whose bytes are within these parts of the bound is not replaced: its lattice is changed, one bit of
+/// which doubles the bytes so many times.
+const ALMOST: std::ops::RangeInclusive<f64> = 0.85..=1.18;
+const DOUBLINGS_PER_BIT: f64 = 0.33;
 /// Sizes that a promising family is tried at, and how often a file that is measured too far off is mended.
 const SIZES: usize = 5;
 const CORRECTIONS: usize = 6;
@@ -146,7 +150,8 @@ impl Search<'_> {
             && let Some((family, size)) = remeshed.family
             && remeshed.product() < WORTH_REFINING * simplified.product()
         {
-            let refined = self.refine(family, self.next_size(size, &remeshed), 0.0)?;
+            // From the mesh that did well: one of almost its size may fail somewhere.
+            let refined = self.refine(family, size, 0.0)?;
             best = least([Some(best), refined.or(Some(remeshed))]).unwrap_or(best);
         }
         // The rule for the lattice is right for most; whether it is for the best is tried.
@@ -210,17 +215,23 @@ impl Search<'_> {
         Ok(here)
     }
 
-    /// Tries sizes of a family until one is near the bound; returns the last.
-    fn refine(&mut self, family: Family, mut size: usize, finer: f64) -> Result<Option<Score>> {
+    /// Tries sizes of a family until one is near the bound; returns the last. Where only bytes count, a mesh of
+    /// almost the right size stays, and its lattice makes up for the rest.
+    fn refine(&mut self, family: Family, mut size: usize, mut finer: f64) -> Result<Option<Score>> {
         let mut last = None;
         for _ in 0..SIZES {
             let Some(score) = self.attempt(family, size, finer)? else { break };
             last = Some(score);
-            let next = self.next_size(size, &score);
-            if (NEAR..=1.0).contains(&self.ratio(&score)) || next == size {
+            let (ratio, next) = (self.ratio(&score), self.next_size(size, &score));
+            if (NEAR..=1.0).contains(&ratio) || next == size {
                 break;
             }
-            size = next;
+            match self.bound {
+                Bound::MaxBytes(_) if ALMOST.contains(&ratio) => {
+                    finer += (AIM / ratio).log2() / DOUBLINGS_PER_BIT;
+                }
+                _ => size = next,
+            }
         }
         Ok(last)
     }
