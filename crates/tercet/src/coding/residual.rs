@@ -389,23 +389,23 @@ impl<const E: usize, const K: usize, const L: usize, const S: usize, const G: us
         }
         let opinions = &inputs.map(Opinions::new);
         let mut sum = 0;
-        for (mixer, set) in self.mixers.iter_mut().zip(&walk.situation.sets) {
+        for (mixer, set) in self.mixers.iter_mut().zip(walk.situation.sets) {
             sum += mixer.set(set * NODES + node).mix(opinions);
         }
         let p = squash(sum.div_euclid(S as i32));
         let bit = coder.bit(bit, p);
         let error = error(bit, p);
-        for (mixer, set) in self.mixers.iter_mut().zip(&walk.situation.sets) {
+        for (mixer, set) in self.mixers.iter_mut().zip(walk.situation.sets) {
             mixer.set(set * NODES + node).learn(opinions, error, MIXER_RATE);
         }
         for i in 0..K {
             self.by_context[i][walk.contexts[i]][node].learn(bit, COUNTER_LIMIT);
         }
-        for (counters, row) in self.by_split.iter_mut().zip(&rows) {
-            counters[*row][node].learn(bit, COUNTER_LIMIT);
+        for (counters, row) in self.by_split.iter_mut().zip(rows) {
+            counters[row][node].learn(bit, COUNTER_LIMIT);
         }
-        for (counters, row) in self.by_frequency.iter_mut().zip(&frequencies) {
-            counters[*row][node].learn(bit, COUNTER_LIMIT);
+        for (counters, row) in self.by_frequency.iter_mut().zip(frequencies) {
+            counters[row][node].learn(bit, COUNTER_LIMIT);
         }
         bit
     }
