@@ -5,13 +5,16 @@
 //! with another word size, runs both, and fails unless they print the same lines.
 
 use tercet::shapes::{annulus, grid, icosahedron, join, noisy, scan, shuffled, soup, sphere, torus};
-use tercet::{EncodeOptions, Limits, Mesh, Result, Scheme, Update};
+use tercet::{Effort, EncodeOptions, Limits, Mesh, Result, Scheme, Update};
 
 fn main() -> Result<()> {
     let exact = EncodeOptions::default();
     let ordered = EncodeOptions { keep_order: true, ..exact };
     let bits = |bits| EncodeOptions { bits: Some(bits), ..exact };
+    let effort = |effort| EncodeOptions { effort, ..bits(12) };
     let general = [
+        ("12 bits, fast", effort(Effort::Fast)),
+        ("12 bits, max", effort(Effort::Max)),
         ("10 bits", bits(10)),
         ("12 bits, order kept", EncodeOptions { keep_order: true, ..bits(12) }),
         ("exact", exact),

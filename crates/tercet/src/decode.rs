@@ -153,6 +153,8 @@ struct Begun {
 /// Memory that decoding a level takes: its surface and models' notes, the next coarser surface,
 /// and the mesh that is handed out.
 const BYTES_PER_VERTEX: u64 = 250;
+/// What the slowest effort remembers of each vertex besides.
+const MORE_BYTES_PER_VERTEX: u64 = 88;
 
 /// A progressive decoder: bytes in, levels out.
 ///
@@ -316,7 +318,8 @@ impl Decoder {
         let outline = self.outline()?;
         let (entry, effort) = (outline.levels[level], outline.effort);
         let limits = *self.reader.limits();
-        limits.check("bytes of a level", entry.vertices.into(), BYTES_PER_VERTEX)?;
+        let bytes = BYTES_PER_VERTEX + if effort.is_max() { MORE_BYTES_PER_VERTEX } else { 0 };
+        limits.check("bytes of a level", entry.vertices.into(), bytes)?;
         let mut coder = entropy::Decoder::start(stream, whole);
         match step_kind(entry.kind) {
             None => {
