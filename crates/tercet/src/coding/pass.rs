@@ -33,7 +33,7 @@ impl Roughness {
 }
 
 /// Which coordinate comes first, and with it in what order vertices are visited: see
-/// [`Traversal`](super::traversal::Traversal).
+/// [`Traversal`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum AxisOrder {
     /// The one along the normal: where details are normal ones.

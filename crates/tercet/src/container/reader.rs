@@ -61,7 +61,7 @@ impl Reader {
     }
 
     /// Takes the next bytes of the file. A fault in them is kept for
-    /// [`next_section`](Reader::next_section), behind the sections before it;
+    /// [`check`](Reader::check), behind the sections before it;
     /// bytes after a fault are ignored. Takes time linear in `bytes`.
     pub(crate) fn push(&mut self, bytes: &[u8]) {
         if self.failure.is_none() {
