@@ -74,7 +74,7 @@ fn sqrt3_levels_are_named() {
 #[test]
 fn the_scheme_decides_which_levels_are_looked_for_and_the_table_names_them() {
     let folder = Folder::new("info-scheme");
-    folder.write_mesh("ico.ply", &shapes::scan(60, 1));
+    folder.write_mesh("ico.ply", &shapes::scan(200, 1));
     folder.good("subdivide ico.ply -o fine.ply --scheme butterfly --steps 2");
     for (scheme, kind) in
         [("auto", "butterfly"), ("butterfly", "butterfly"), ("sqrt3", "adaptive"), ("adaptive", "adaptive")]
