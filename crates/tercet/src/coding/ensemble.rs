@@ -5,14 +5,15 @@
 //! each vertex. By that memory every expert has a scale of its own, and their mean, each weighted by how well
 //! it did around, is the centre of the coordinate's decisions.
 
+use super::axes::{AxisOrder, KINDS, axes, is_across, kind, shift};
 use super::beyond::Beyond;
 use super::histogram::Histogram;
 use super::opinions::INITIAL;
-use super::pass::{AxisOrder, Pass, Progress, Roughness};
-use super::position::{BOUNDARY, NORMAL, TANGENTIAL, axes, is_across, plain, shift};
+use super::pass::{Pass, Progress, Roughness, plain};
 use super::residual::{Candidates, Expert, ResidualModels, Situation};
 use super::ring::{Neighbourhood, Ring};
 use super::scale::{Scale, ScaleCell, bin, ratio};
+use super::spread::{Cells, Spread};
 use super::vector::{Point, Vector};
 use crate::entropy::Coder;
 use crate::mesh::Surface;
@@ -36,9 +37,6 @@ const REFLECTION: usize = 7;
 const LAPLACIAN: usize = 9;
 const EXPECTED: usize = 10;
 
-const SIZES: usize = 64;
-const ROUGH: usize = 24;
-const CLASSES: usize = 8;
 const DISTANCES: usize = 8;
 const TRAILS: usize = 64;
 
@@ -48,10 +46,7 @@ type Trail = [Roughness; EXPERTS];
 /// The models of positions; they live as long as the file.
 pub(crate) struct EnsembleModels {
     residual: Residual,
-    /// By kind of axis, size of the neighbourhood, roughness and how well it is known.
-    by_roughness: Vec<ScaleCell>,
-    /// By kind of axis, class and size of the neighbourhood.
-    by_class: Vec<ScaleCell>,
+    spread: Spread,
     /// By expert, kind of axis, distance from the first expert and how far it was off around.
     by_trail: Vec<ScaleCell>,
     /// The known coordinates of each axis.
@@ -73,9 +68,8 @@ impl EnsembleModels {
     pub fn new() -> Self {
         EnsembleModels {
             residual: Residual::new([243, 1536, 1728, 1728, 243], [24, 120, 144, 72, 3], initial_weights),
-            by_roughness: vec![ScaleCell::default(); 3 * SIZES * ROUGH * 3],
-            by_class: vec![ScaleCell::default(); 3 * CLASSES * SIZES],
-            by_trail: vec![ScaleCell::default(); EXPERTS * 3 * DISTANCES * TRAILS],
+            spread: Spread::new(),
+            by_trail: vec![ScaleCell::default(); EXPERTS * KINDS * DISTANCES * TRAILS],
             histograms: [(); 3].map(|()| Histogram::new()),
             trails: Vec::new(),
         }
@@ -105,39 +99,30 @@ impl EnsembleModels {
         rough: &mut [Roughness],
     ) -> bool {
         let (mut ring, mut beyond) = (Ring::default(), Beyond::default());
-        while let Some((v, corner)) = progress.traversal.next() {
-            if coder.exhausted() {
-                // The caller refuses the level; what follows would only take time.
-                break;
-            }
-            if !coder.is_ready() {
-                return false;
-            }
-            let known = progress.traversal.known();
-            ring.gather(pass.surface, corner, known, positions);
-            let i = (v - pass.first) as usize;
-            let target = targets.get(i).copied().unwrap_or_default();
+        progress.run(coder, pass, targets, positions, |coder, turn| {
+            ring.gather(pass.surface, turn.corner, turn.known, turn.positions);
             let point = if ring.known() == 0 {
-                plain(coder, pass, target)
+                plain(coder, pass, turn.target)
             } else {
-                beyond.gather(pass.surface, corner, known, positions);
-                let (errors, estimate) = (&progress.errors, pass.estimates.get(i));
-                let around = Neighbourhood::new(&ring, pass, known, positions, errors, estimate, rough);
-                let vertex = Vertex::new(around, &ring, &beyond, &self.trails, estimate);
-                let (point, trail) = self.vertex(coder, &vertex, pass.order, target);
-                rough[v as usize] = trail[EXPECTED];
-                self.trails[v as usize] = trail;
-                for &y in ring.vertices() {
-                    rough[y as usize].blend(trail[EXPECTED]);
-                    self.trails[y as usize].iter_mut().zip(trail).for_each(|(trail, off)| trail.blend(off));
-                }
+                beyond.gather(pass.surface, turn.corner, turn.known, turn.positions);
+                let around = Neighbourhood::new(&ring, pass, turn, rough);
+                let vertex = Vertex::new(around, &ring, &beyond, &self.trails, turn.estimate);
+                let (point, trail) = self.vertex(coder, &vertex, pass.order, turn.target);
+                Roughness::spread(rough, turn.v, trail[EXPECTED], ring.vertices());
+                self.remember(turn.v, trail, ring.vertices());
                 point
             };
-            positions[v as usize] = point;
             self.count(point);
-            progress.advance(pass, corner, i, point);
+            point
+        })
+    }
+
+    /// Notes the trail of a vertex there and at its neighbours.
+    fn remember(&mut self, v: u32, trail: Trail, neighbours: &[u32]) {
+        self.trails[v as usize] = trail;
+        for &y in neighbours {
+            self.trails[y as usize].iter_mut().zip(trail).for_each(|(trail, off)| trail.blend(off));
         }
-        true
     }
 
     fn vertex<C: Coder>(
@@ -153,12 +138,8 @@ impl EnsembleModels {
         let mut point = target;
         let mut sizes = [[0u64; 3]; EXPERTS];
         for (step, &axis) in axes.iter().enumerate() {
+            let kind = kind(step, order, vertex.around.at_boundary);
             let across = is_across(step, order);
-            let kind = match (vertex.around.at_boundary, across) {
-                (true, _) => BOUNDARY,
-                (_, true) => NORMAL,
-                _ => TANGENTIAL,
-            };
             let trail = vertex.trail.map(|off| if across { off.normal } else { off.tangential });
             let mut centre = centres.map(|c| c[axis]);
             centre[BLEND] = blend(&centre, &trail);
@@ -181,33 +162,22 @@ impl EnsembleModels {
         target: i32,
     ) -> i32 {
         let around = &vertex.around;
-        let size = around.size.min(SIZES - 1);
-        let rough = if kind == NORMAL { around.rough.normal } else { around.rough.tangential } as u64;
-        let certainty = match around.parallelograms {
-            0 | 1 => 0,
-            2..=4 => 1,
-            _ => 2,
-        };
-        let cell = ((kind * SIZES + size) * ROUGH + bin(rough + 8, 2, -9, ROUGH)) * 3 + certainty;
-        let class = (kind * CLASSES + around.class) * SIZES + size;
-        let prior = rough / 2 + (around.edge >> if kind == NORMAL { 6 } else { 4 }) + 40;
-        let by_class = self.by_class[class].mean(prior);
-        let main = self.by_roughness[cell].mean(by_class);
+        let place = Cells::new(around, kind);
+        let main = self.spread.mean(&place);
         let mut experts = [Expert { centre: centre[BLEND], scale: Scale::new(main) }; EXPERTS];
         let mut cells = [0; EXPERTS];
         for j in 1..EXPERTS {
             let distance = centre[j].abs_diff(centre[BLEND]);
             let apart = ratio(distance + 12, main + 50, DISTANCES);
             cells[j] =
-                ((j * 3 + kind) * DISTANCES + apart) * TRAILS + bin(trail[j] as u64 + 8, 4, -6, TRAILS);
+                ((j * KINDS + kind) * DISTANCES + apart) * TRAILS + bin(trail[j] as u64 + 8, 4, -6, TRAILS);
             let mean = self.by_trail[cells[j]].mean(main + distance / 2);
             experts[j] = Expert { centre: centre[j], scale: Scale::new(mean) };
         }
         let situation = situation(vertex, &self.histograms[axis], &experts, [kind, axis], main, trail[BLEND]);
         let value = self.residual.code(coder, target, &experts, &situation);
         let off = |e: &Expert| ((value as i64) << FRACTION_BITS).abs_diff(e.centre);
-        self.by_class[class].learn(off(&experts[BLEND]));
-        self.by_roughness[cell].learn(off(&experts[BLEND]));
+        self.spread.learn(&place, off(&experts[BLEND]));
         for j in 1..EXPERTS {
             self.by_trail[cells[j]].learn(off(&experts[j]));
         }

@@ -1,11 +1,12 @@
 //! A level: connectivity, then positions, in both directions.
 
+use super::axes::AxisOrder;
 use super::base::code_base;
 #[cfg(feature = "max")]
 use super::ensemble::EnsembleModels;
 use super::flip::FlipModels;
 use super::model::number;
-use super::pass::{AxisOrder, Pass, Progress, Roughness};
+use super::pass::{Pass, Progress, Roughness};
 use super::position::PositionModels;
 use super::predict::estimate;
 use super::relax::{ESTIMATE_BITS, precise, relax, rounded};

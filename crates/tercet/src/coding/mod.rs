@@ -4,6 +4,7 @@
 //! to write; decoding, it ignores that and returns what it reads. In between both run the same
 //! lines on the same integers.
 
+mod axes;
 mod base;
 #[cfg(feature = "max")]
 mod beyond;
@@ -29,6 +30,7 @@ mod ring;
 mod scale;
 mod shape;
 mod split;
+mod spread;
 pub(crate) mod supplement;
 mod tabled;
 mod traversal;

@@ -1,8 +1,11 @@
-//! What a pass over the positions of a surface works on.
+//! A pass over the positions of a surface: what it works on, and its walk from vertex to vertex, which all
+//! profiles share.
 
+use super::axes::{AxisOrder, NORMAL};
 use super::ring::Shares;
 use super::traversal::Traversal;
-use super::vector::{Point, Vector};
+use super::vector::{COORDINATE_LIMIT, Point, Vector};
+use crate::entropy::Coder;
 use crate::mesh::Surface;
 use crate::subdivide::FRACTION_BITS;
 
@@ -26,20 +29,24 @@ impl Roughness {
         }
     }
 
+    /// Notes in `rough`, which has an entry a vertex, that `v` was `off` by so much: its `neighbours` tend to it.
+    pub fn spread(rough: &mut [Roughness], v: u32, off: Roughness, neighbours: &[u32]) {
+        rough[v as usize] = off;
+        for &y in neighbours {
+            rough[y as usize].blend(off);
+        }
+    }
+
+    /// Of a kind of axis.
+    #[inline(always)]
+    pub fn along(self, kind: usize) -> u32 {
+        if kind == NORMAL { self.normal } else { self.tangential }
+    }
+
     pub fn blend(&mut self, other: Roughness) {
         self.tangential = (self.tangential * 7 + other.tangential) / 8;
         self.normal = (self.normal * 7 + other.normal) / 8;
     }
-}
-
-/// Which coordinate comes first, and with it in what order vertices are visited: see
-/// [`Traversal`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum AxisOrder {
-    /// The one along the normal: where details are normal ones.
-    NormalFirst,
-    /// The one along the normal comes last: where the surface is known better than the place.
-    NormalLast,
 }
 
 /// What a pass works on.
@@ -71,12 +78,70 @@ impl Progress {
         Progress { traversal, errors: vec![[0; 3]; estimates] }
     }
 
-    /// Notes that the vertex at `corner`, the next one and the pass's `i`th, is coded to lie at `point`.
+    /// Codes the vertices of the pass that are left, those of `targets` when encoding, until all are coded or
+    /// bytes are missing; whether all are. `positions` has an entry a vertex: of those to be coded the
+    /// estimate, rounded, if there are any.
+    ///
+    /// `code` codes the vertex whose turn it is.
     #[inline(always)]
-    pub fn advance(&mut self, pass: &Pass, corner: u32, i: usize, point: Point) {
-        if let Some(estimate) = pass.estimates.get(i) {
-            self.errors[i] = [0, 1, 2].map(|k| (((point[k] as i64) << FRACTION_BITS) - estimate[k]) as i32);
+    pub fn run<C: Coder>(
+        &mut self,
+        coder: &mut C,
+        pass: &Pass,
+        targets: &[Point],
+        positions: &mut [Point],
+        mut code: impl FnMut(&mut C, &Turn) -> Point,
+    ) -> bool {
+        while let Some((v, corner)) = self.traversal.next() {
+            if coder.exhausted() {
+                // The caller refuses the level; what follows would only take time.
+                break;
+            }
+            if !coder.is_ready() {
+                return false;
+            }
+            let i = (v - pass.first) as usize;
+            let turn = Turn {
+                v,
+                corner,
+                target: targets.get(i).copied().unwrap_or_default(),
+                estimate: pass.estimates.get(i),
+                known: self.traversal.known(),
+                errors: &self.errors,
+                positions,
+            };
+            let point = code(coder, &turn);
+            positions[v as usize] = point;
+            if let Some(estimate) = pass.estimates.get(i) {
+                self.errors[i] =
+                    [0, 1, 2].map(|k| (((point[k] as i64) << FRACTION_BITS) - estimate[k]) as i32);
+            }
+            self.traversal.reach(pass.surface, corner);
         }
-        self.traversal.reach(pass.surface, corner);
+        true
     }
+}
+
+/// The vertex whose turn it is, and what is known when it comes.
+pub(crate) struct Turn<'a> {
+    pub v: u32,
+    /// A corner of it.
+    pub corner: u32,
+    /// Where it lies; meaningless when decoding.
+    pub target: Point,
+    /// Where it was expected before the pass, if it was.
+    pub estimate: Option<&'a Vector>,
+    /// For each vertex whether its position is known.
+    pub known: &'a [bool],
+    pub errors: &'a [[i32; 3]],
+    pub positions: &'a [Point],
+}
+
+/// A vertex without a known neighbour: its coordinates as they are.
+#[cold]
+pub(super) fn plain<C: Coder>(coder: &mut C, pass: &Pass, target: Point) -> Point {
+    [0, 1, 2].map(|k| {
+        let offset = coder.raw_wide(target[k].wrapping_sub(pass.origin[k]) as u32, pass.bits);
+        pass.origin[k].wrapping_add(offset as i32).clamp(-COORDINATE_LIMIT, COORDINATE_LIMIT)
+    })
 }

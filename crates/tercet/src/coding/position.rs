@@ -6,11 +6,13 @@
 //! follow in the order of the surface's normal: along the two axes that lie most nearly in the
 //! surface first, and on the last one every expectation is moved into the tangent plane.
 
-use super::pass::{AxisOrder, Pass, Progress, Roughness};
+use super::axes::{AxisOrder, KINDS, axes, kind, shift};
+use super::pass::{Pass, Progress, Roughness, plain};
 use super::residual::{Expert, ResidualModels, Situation};
 use super::ring::{Neighbourhood, Ring};
-use super::scale::{Scale, ScaleCell, bin, ratio};
-use super::vector::{COORDINATE_LIMIT, Point, Vector};
+use super::scale::{Scale, ScaleCell, ratio};
+use super::spread::{Cells, ROUGH, Spread};
+use super::vector::Point;
 use crate::entropy::Coder;
 use crate::subdivide::FRACTION_BITS;
 
@@ -25,31 +27,19 @@ type Residual = ResidualModels<EXPERTS, CONTEXTS, LISTS, SETS, 0, 1>;
 /// The models of positions; they live as long as the file.
 pub(crate) struct PositionModels {
     residual: Residual,
-    /// By kind of axis, size of the neighbourhood, roughness and how well it is known.
-    by_roughness: Vec<ScaleCell>,
-    /// By kind of axis, class and size of the neighbourhood.
-    by_class: Vec<ScaleCell>,
+    spread: Spread,
     /// By expert, kind of axis, distance from the first expert and roughness.
     by_distance: Vec<ScaleCell>,
 }
 
-/// Kinds of axes: in the surface, across it, and either at a boundary.
-pub(super) const TANGENTIAL: usize = 0;
-pub(super) const NORMAL: usize = 1;
-pub(super) const BOUNDARY: usize = 2;
-
-const SIZES: usize = 64;
-const ROUGH: usize = 24;
-const CLASSES: usize = 8;
 const DISTANCES: usize = 8;
 
 impl PositionModels {
     pub fn new() -> Self {
         PositionModels {
             residual: Residual::new([243], [24, 120], |_| [[2730, 2730, 2730, 512, 512, 512, 512, 0]]),
-            by_roughness: vec![ScaleCell::default(); 3 * SIZES * ROUGH * 3],
-            by_class: vec![ScaleCell::default(); 3 * CLASSES * SIZES],
-            by_distance: vec![ScaleCell::default(); EXPERTS * 3 * DISTANCES * ROUGH],
+            spread: Spread::new(),
+            by_distance: vec![ScaleCell::default(); EXPERTS * KINDS * DISTANCES * ROUGH],
         }
     }
 
@@ -66,34 +56,16 @@ impl PositionModels {
         rough: &mut [Roughness],
     ) -> bool {
         let mut ring = Ring::default();
-        while let Some((v, corner)) = progress.traversal.next() {
-            if coder.exhausted() {
-                // The caller refuses the level; what follows would only take time.
-                break;
+        progress.run(coder, pass, targets, positions, |coder, turn| {
+            ring.gather(pass.surface, turn.corner, turn.known, turn.positions);
+            if ring.known() == 0 {
+                return plain(coder, pass, turn.target);
             }
-            if !coder.is_ready() {
-                return false;
-            }
-            let known = progress.traversal.known();
-            ring.gather(pass.surface, corner, known, positions);
-            let i = (v - pass.first) as usize;
-            let target = targets.get(i).copied().unwrap_or_default();
-            let point = if ring.known() == 0 {
-                plain(coder, pass, target)
-            } else {
-                let (errors, estimate) = (&progress.errors, pass.estimates.get(i));
-                let around = Neighbourhood::new(&ring, pass, known, positions, errors, estimate, rough);
-                let (point, off) = self.vertex(coder, &around, pass.order, target);
-                rough[v as usize] = off;
-                for &y in ring.vertices() {
-                    rough[y as usize].blend(off);
-                }
-                point
-            };
-            positions[v as usize] = point;
-            progress.advance(pass, corner, i, point);
-        }
-        true
+            let around = Neighbourhood::new(&ring, pass, turn, rough);
+            let (point, off) = self.vertex(coder, &around, pass.order, turn.target);
+            Roughness::spread(rough, turn.v, off, ring.vertices());
+            point
+        })
     }
 
     fn vertex<C: Coder>(
@@ -108,11 +80,7 @@ impl PositionModels {
         let mut point = target;
         let mut sizes = [0u64; 3];
         for (step, &axis) in axes.iter().enumerate() {
-            let kind = match (around.at_boundary, is_across(step, order)) {
-                (true, _) => BOUNDARY,
-                (_, true) => NORMAL,
-                _ => TANGENTIAL,
-            };
+            let kind = kind(step, order, around.at_boundary);
             let coordinate = Coordinate { around, kind, axis };
             let centre = centres.map(|c| c[axis]);
             let value = self.coordinate(coder, &coordinate, centre, target[axis]);
@@ -132,26 +100,15 @@ impl PositionModels {
         target: i32,
     ) -> i32 {
         let around = c.around;
-        let size = around.size.min(SIZES - 1);
-        let rough = if c.kind == NORMAL { around.rough.normal } else { around.rough.tangential } as u64;
-        let roughness = bin(rough + 8, 2, -9, ROUGH);
-        let certainty = match around.parallelograms {
-            0 | 1 => 0,
-            2..=4 => 1,
-            _ => 2,
-        };
-        let cell = ((c.kind * SIZES + size) * ROUGH + roughness) * 3 + certainty;
-        let class = (c.kind * CLASSES + around.class) * SIZES + size;
-        let prior = rough / 2 + (around.edge >> if c.kind == NORMAL { 6 } else { 4 }) + 40;
-        let by_class = self.by_class[class].mean(prior);
-        let main = self.by_roughness[cell].mean(by_class);
+        let place = Cells::new(around, c.kind);
+        let main = self.spread.mean(&place);
         let first = Scale::new(main);
         let mut experts = [Expert { centre: centre[0], scale: first }; EXPERTS];
         let mut cells = [0; EXPERTS];
         for j in 1..EXPERTS {
             let distance = centre[j].abs_diff(centre[0]);
             let apart = ratio(distance + 12, main + 50, DISTANCES);
-            cells[j] = ((j * 3 + c.kind) * DISTANCES + apart) * ROUGH + roughness;
+            cells[j] = ((j * KINDS + c.kind) * DISTANCES + apart) * ROUGH + place.roughness;
             experts[j] = Expert {
                 centre: centre[j],
                 scale: Scale::new(self.by_distance[cells[j]].mean(main + distance / 2)),
@@ -160,76 +117,13 @@ impl PositionModels {
         let situation = c.situation(&experts, main);
         let value = self.residual.code(coder, target, &experts, &situation);
         let off = |e: &Expert| ((value as i64) << FRACTION_BITS).abs_diff(e.centre);
-        self.by_class[class].learn(off(&experts[0]));
-        self.by_roughness[cell].learn(off(&experts[0]));
+        self.spread.learn(&place, off(&experts[0]));
         for j in 1..EXPERTS {
             self.by_distance[cells[j]].learn(off(&experts[j]));
         }
         value
     }
 }
-
-/// A vertex without a known neighbour: its coordinates as they are.
-pub(super) fn plain<C: Coder>(coder: &mut C, pass: &Pass, target: Point) -> Point {
-    [0, 1, 2].map(|k| {
-        let offset = coder.raw_wide(target[k].wrapping_sub(pass.origin[k]) as u32, pass.bits);
-        pass.origin[k].wrapping_add(offset as i32).clamp(-COORDINATE_LIMIT, COORDINATE_LIMIT)
-    })
-}
-
-/// The axes in the order of coding: by the size of the normal's component, then by number.
-pub(super) fn axes(normal: Vector, order: AxisOrder) -> [usize; 3] {
-    let size = normal.map(i64::unsigned_abs);
-    let mut axes = [0, 1, 2];
-    // A library's sort is larger than all the rest of a pass, which matters on the web.
-    for [before, after] in [[0, 1], [1, 2], [0, 1]] {
-        if size[axes[after]] < size[axes[before]] {
-            axes.swap(before, after);
-        }
-    }
-    match order {
-        AxisOrder::NormalLast => axes,
-        AxisOrder::NormalFirst => [axes[2], axes[0], axes[1]],
-    }
-}
-
-/// Whether the axis that comes `step`th is the one along the normal.
-pub(super) fn is_across(step: usize, order: AxisOrder) -> bool {
-    step == if order == AxisOrder::NormalLast { 2 } else { 0 }
-}
-
-/// Moves the expectations of the later axes by what the coded one was off, so that the point
-/// stays in the tangent plane (normal last) or on the normal line (normal first).
-pub(super) fn shift<const E: usize>(
-    centres: &mut [Vector; E],
-    off: [i64; E],
-    normal: Vector,
-    axes: [usize; 3],
-    step: usize,
-    order: AxisOrder,
-) {
-    let ratio = |a: usize, b: usize| if normal[b] == 0 { 0 } else { (normal[a] << 14) / normal[b] };
-    match (order, step) {
-        (AxisOrder::NormalLast, 0 | 1) => {
-            let slope = ratio(axes[step], axes[2]);
-            for (centre, off) in centres.iter_mut().zip(off) {
-                centre[axes[2]] -= (off.clamp(-FAR, FAR) * slope) >> 14;
-            }
-        }
-        (AxisOrder::NormalFirst, 0) => {
-            for later in [1, 2] {
-                let slope = ratio(axes[later], axes[0]);
-                for (centre, off) in centres.iter_mut().zip(off) {
-                    centre[axes[later]] += (off.clamp(-FAR, FAR) * slope) >> 14;
-                }
-            }
-        }
-        _ => {}
-    }
-}
-
-/// No expectation is moved by more than this.
-const FAR: i64 = 1 << 37;
 
 /// One coordinate and what is known around it.
 struct Coordinate<'a, 'b> {

@@ -1,6 +1,6 @@
 //! What is known around a vertex, and where that places it.
 
-use super::pass::{Pass, Roughness};
+use super::pass::{Pass, Roughness, Turn};
 use super::position::{EXPERTS, LISTS};
 use super::residual::Candidates;
 use super::scale::bin;
@@ -127,15 +127,8 @@ pub(crate) static LATE: Shares =
     [[0, 62, 30], [1, 57, 46], [12, 52, 48], [12, 51, 50], [4, 58, 52], [4, 56, 50], [1, 13, 17]];
 
 impl<'a> Neighbourhood<'a> {
-    pub fn new(
-        ring: &'a Ring,
-        pass: &Pass,
-        known: &[bool],
-        positions: &'a [Point],
-        errors: &[[i32; 3]],
-        estimate: Option<&Vector>,
-        rough: &[Roughness],
-    ) -> Self {
+    pub fn new(ring: &'a Ring, pass: &Pass, turn: &Turn<'a>, rough: &[Roughness]) -> Self {
+        let Turn { known, positions, errors, estimate, .. } = *turn;
         let n = ring.known.len() as i64;
         let mut sum = [0i64; 3];
         let (mut tangential, mut normal) = (0u64, 0u64);

@@ -6,8 +6,8 @@
 //! often repeat one nearby: the symbol that the nearest neighbour's would be, and that of the nearest
 //! parallelogram, each select an adaptive distribution, and the two are averaged.
 
-use super::pass::{AxisOrder, Pass, Progress, Roughness};
-use super::position::{BOUNDARY, NORMAL, TANGENTIAL, axes, plain};
+use super::axes::{AxisOrder, KINDS, NORMAL, axes, kind};
+use super::pass::{Pass, Progress, Roughness, Turn, plain};
 use super::scale::{Scale, ScaleCell, bin};
 use super::vector::{COORDINATE_LIMIT, Point, Vector, cross, sub};
 use crate::entropy::{Coder, Counter, Frequencies, SYMBOLS, log2_fixed, squash};
@@ -27,7 +27,6 @@ pub(crate) struct TableModels {
     escapes: Vec<Counter>,
 }
 
-const KINDS: usize = 3;
 const NEW: usize = 4;
 const SIZES: usize = 32;
 const ROUGH: usize = 24;
@@ -231,32 +230,14 @@ impl TableModels {
     ) -> bool {
         let mut ring =
             Ring { members: [0; MOST], count: 0, neighbours: Points::EMPTY, parallelograms: Points::EMPTY };
-        while let Some((v, corner)) = progress.traversal.next() {
-            if coder.exhausted() {
-                // The caller refuses the level; what follows would only take time.
-                break;
-            }
-            if !coder.is_ready() {
-                return false;
-            }
-            let i = (v - pass.first) as usize;
-            let target = targets.get(i).copied().unwrap_or_default();
-            let around = look(pass, corner, v, positions, &progress.errors, rough, &mut ring);
-            let point = match around {
-                None => plain(coder, pass, target),
-                Some(around) => {
-                    let (point, off) = self.vertex(coder, &around, &ring, pass.order, target);
-                    rough[v as usize] = off;
-                    for &y in &ring.members[..ring.count] {
-                        rough[y as usize].blend(off);
-                    }
-                    point
-                }
+        progress.run(coder, pass, targets, positions, |coder, turn| {
+            let Some(around) = look(pass, turn, rough, &mut ring) else {
+                return plain(coder, pass, turn.target);
             };
-            positions[v as usize] = point;
-            progress.advance(pass, corner, i, point);
-        }
-        true
+            let (point, off) = self.vertex(coder, &around, &ring, pass.order, turn.target);
+            Roughness::spread(rough, turn.v, off, &ring.members[..ring.count]);
+            point
+        })
     }
 
     #[inline(always)]
@@ -273,13 +254,8 @@ impl TableModels {
         let mut point = target;
         let mut sizes = [0u64; 3];
         let mut moved = around.expected;
-        let normal_step = if order == AxisOrder::NormalLast { 2 } else { 0 };
         for (step, &axis) in axes.iter().enumerate() {
-            let kind = match around.at_boundary {
-                true => BOUNDARY,
-                false if step == normal_step => NORMAL,
-                false => TANGENTIAL,
-            };
+            let kind = kind(step, order, around.at_boundary);
             let centre = Centre { kind, axis, place: moved[axis] };
             let value = self.coordinate(coder, around, ring, centre, target[axis]);
             point[axis] = value;
@@ -288,12 +264,7 @@ impl TableModels {
             moved[axis] += off;
             shift(&mut moved, &around.expected, normal, axes, step, order);
         }
-        let [first, second, third] = sizes.map(|s| s.min(u32::MAX as u64 / 16) as u32);
-        let rough = match order {
-            AxisOrder::NormalLast => Roughness { tangential: (first + second) / 2, normal: third },
-            AxisOrder::NormalFirst => Roughness { tangential: (second + third) / 2, normal: first },
-        };
-        (point, rough)
+        (point, Roughness::of(sizes, order))
     }
 
     #[inline(always)]
@@ -306,7 +277,7 @@ impl TableModels {
         target: i32,
     ) -> i32 {
         let across = kind == NORMAL;
-        let rough = if across { around.rough.normal } else { around.rough.tangential } as u64;
+        let rough = around.rough.along(kind) as u64;
         let cell = (kind * NEW * SIZES + around.cell) * ROUGH + bin(rough + 8, 2, -9, ROUGH);
         let prior = rough / 2 + (around.edge >> if across { 6 } else { 4 }) + 40;
         let width = Width::new(self.cells[cell].mean(prior));
@@ -357,17 +328,10 @@ impl TableModels {
     }
 }
 
-/// Looks around vertex `v` at `corner`; nothing if no neighbour is known.
+/// Looks around the vertex whose turn it is; nothing if no neighbour is known.
 #[inline(always)]
-fn look(
-    pass: &Pass,
-    corner: u32,
-    v: u32,
-    positions: &[Point],
-    errors: &[[i32; 3]],
-    rough: &[Roughness],
-    ring: &mut Ring,
-) -> Option<Around> {
+fn look(pass: &Pass, turn: &Turn, rough: &[Roughness], ring: &mut Ring) -> Option<Around> {
+    let Turn { v, corner, positions, errors, .. } = *turn;
     let surface: &Surface = pass.surface;
     let has_estimates = !pass.estimates.is_empty();
     let is_known = |x: u32| x < v && !surface.is_virtual(x);
@@ -418,7 +382,7 @@ fn look(
     }
     let reciprocal = RECIPROCAL[ring.count];
     let mean = |x: u64| (x * reciprocal) >> 16;
-    let expected = match pass.estimates.get((v - pass.first) as usize) {
+    let expected = match turn.estimate {
         Some(e) => [0, 1, 2].map(|k| e[k] + ((error.sum[k] * SHARE[error.count.min(7)]) >> 8)),
         None => middle(&ring.members[..ring.count], positions),
     };
