@@ -23,7 +23,9 @@ mod panel;
 mod pass;
 pub(crate) mod payload;
 mod position;
+mod positions;
 mod predict;
+mod region;
 mod relax;
 mod residual;
 mod ring;
@@ -37,4 +39,5 @@ mod traversal;
 mod vector;
 
 pub(crate) use level::Levels;
+pub(crate) use region::regions;
 pub(crate) use vector::Point;

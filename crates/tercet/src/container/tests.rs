@@ -22,6 +22,7 @@ fn sample() -> (Outline, Vec<Vec<u8>>) {
     let outline = Outline {
         order_kept: true,
         effort: Effort::Fast,
+        streams: 3,
         precision: LATTICE,
         vertices: 300,
         faces: 596,
@@ -111,6 +112,7 @@ fn a_tiny_file_has_these_bytes() {
     let outline = Outline {
         order_kept: false,
         effort: Effort::Default,
+        streams: 1,
         precision: Precision::Decimal { exponent: 2, digits: 0, origin: [0, -1, 1] },
         vertices: 3,
         faces: 1,
@@ -368,7 +370,9 @@ fn features_of_later_versions_are_unsupported() {
     let kind = TRIANGLE.len() + 1 + 6;
     read(&changed(0, 1)).2.unwrap();
     assert!(unsupported(&changed(0, 0x80)), "a reserved flag");
-    assert!(unsupported(&changed(1, 2)), "two streams");
+    read(&changed(1, 16)).2.unwrap();
+    assert!(unsupported(&changed(1, 0)), "no stream");
+    assert!(unsupported(&changed(1, 17)), "seventeen streams");
     assert!(unsupported(&changed(2, 4)), "a precision");
     assert!(unsupported(&changed(kind, 6)), "a level kind");
     assert!(unsupported(&changed(kind, 0x30)), "an update rule");
@@ -496,8 +500,18 @@ fn outlines() -> impl Strategy<Value = Outline> {
             optional.sort();
             let order_kept = kept || supplements.contains(&Supplement::Order);
             supplements.extend(optional.into_iter().map(Supplement::Optional));
-            let effort = Effort::Fast;
-            Outline { order_kept, effort, precision, vertices, faces, approximation, levels, supplements }
+            let (effort, streams) = (Effort::Fast, levels.len().min(MOST_STREAMS as usize) as u32);
+            Outline {
+                order_kept,
+                effort,
+                streams,
+                precision,
+                vertices,
+                faces,
+                approximation,
+                levels,
+                supplements,
+            }
         },
     )
 }

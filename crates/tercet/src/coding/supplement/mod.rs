@@ -65,7 +65,7 @@ pub(crate) fn write(levels: &Levels, precision: &Precision, original: Original) 
     let mesh = original.mesh;
     let lattice = Lattice::new(precision);
     let mut sections = Supplements::default();
-    let mut draft = Draft::new(&levels.surface, &levels.positions);
+    let mut draft = Draft::new(&levels.surface, &levels.field.positions);
     let mut source = original.source;
     if source.len() + original.loose.len() > mesh.positions.len() {
         let mut coder = Encoder::new();
@@ -119,7 +119,7 @@ pub(crate) fn read(
 ) -> Result<Mesh> {
     let bytes_each = if sections.order.is_some() { BYTES_PER_ORDERED_ELEMENT } else { BYTES_PER_ELEMENT };
     limits.check("bytes of the mesh", vertices as u64 + faces as u64, bytes_each)?;
-    let mut draft = Draft::new(&levels.surface, &levels.positions);
+    let mut draft = Draft::new(&levels.surface, &levels.field.positions);
     if let Some(bytes) = &sections.merges {
         draft.code_merges(&mut Decoder::new(bytes), levels, &[], 0);
     }
