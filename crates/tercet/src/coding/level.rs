@@ -163,10 +163,13 @@ impl Levels {
     /// they are coded they lie there.
     fn begin(&mut self, first: u32, estimates: Vec<Vector>, order: AxisOrder, shares: &'static Shares) {
         let surface = &self.surface;
+        let vertices = surface.vertices as usize;
         self.positions.truncate(first as usize);
         self.positions.extend(estimates.iter().map(|&e| round(e)));
-        self.positions.resize(surface.vertices as usize, [0; 3]);
-        self.rough.resize(surface.vertices as usize, Roughness::START);
+        self.positions.resize(vertices, [0; 3]);
+        // Levels grow by a factor already: room for twice as many would stay empty at the last one.
+        self.rough.reserve_exact(vertices - self.rough.len());
+        self.rough.resize(vertices, Roughness::START);
         let by_support = order == AxisOrder::NormalLast && !matches!(self.position, Positions::Tables(_));
         let traversal = if by_support {
             Traversal::by_support(surface, first)
@@ -270,9 +273,11 @@ impl Levels {
         self.split.code(coder, surface, &shapes, &self.positions, &mut split);
         announced(split.iter().filter(|&&s| s).count() as u64)?;
         let estimates = estimate(surface, &self.positions, &shapes, &split);
+        self.positions.reserve_exact(estimates.len());
         self.positions.extend(estimates.iter().map(|&e| round(e)));
         self.flip.code(coder, surface, &shapes, &self.positions, &split, &mut flip);
         self.positions.truncate(surface.vertices as usize);
+        drop(shapes);
         Ok(Step { kind, refined: refine(surface, &split, &flip), estimates })
     }
 
@@ -285,17 +290,22 @@ impl Levels {
 
     /// Makes the surface of a step the current one and begins the pass over its new vertices.
     pub fn begin_step(&mut self, step: Step, rule: Update) {
+        let Step { kind, refined: Refined { surface, first: heirs }, estimates } = step;
         let first = self.surface.vertices;
-        let coarse = std::mem::replace(&mut self.surface, step.refined.surface);
-        let kind = step.kind;
+        let coarse = std::mem::replace(&mut self.surface, surface);
+        // Only undoing an update asks for the coarse surface again; else it goes before the pass takes memory.
+        let lifted = match (kind, rule) {
+            (StepKind::Adaptive, _) | (_, Update::None) => {
+                drop(coarse);
+                None
+            }
+            _ => Some(Lifted { coarse, kind, rule }),
+        };
+        drop(heirs);
         let order = if kind == StepKind::Adaptive { AxisOrder::NormalLast } else { AxisOrder::NormalFirst };
-        self.begin(first, step.estimates, order, &NEAR);
-        // Only undoing an update asks for the coarse surface again.
-        if let Some(open) = &mut self.open
-            && kind != StepKind::Adaptive
-            && rule != Update::None
-        {
-            open.lifted = Some(Lifted { coarse, kind, rule });
+        self.begin(first, estimates, order, &NEAR);
+        if let Some(open) = &mut self.open {
+            open.lifted = lifted;
         }
     }
 
