@@ -236,7 +236,7 @@ impl Decoder {
         let mesh = self.mesh(restored).map_err(|error| self.refuse(error))?;
         let predicted = self.predicted.take();
         let precision = &self.outline()?.precision;
-        let predicted = predicted.map(|points| supplement::coordinates(&points, precision));
+        let predicted = predicted.map(|points| supplement::coordinates(points, precision));
         let pending = self.levels.pending();
         Ok(Some(Level { level, mesh, kept: self.kept, predicted, pending, restored }))
     }

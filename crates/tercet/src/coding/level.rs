@@ -148,6 +148,8 @@ impl Levels {
         positions.truncate(first as usize);
         positions.extend(estimates.iter().map(|&e| round(e)));
         positions.resize(surface.vertices as usize, [0; 3]);
+        // Levels grow by a factor already: room for twice as many would stay empty at the last one.
+        rough.reserve_exact(surface.vertices as usize - rough.len());
         rough.resize(surface.vertices as usize, Roughness::START);
         let count = regions(self.streams, surface.vertices - first);
         while self.position.len() < count as usize {
@@ -264,9 +266,11 @@ impl Levels {
         self.split.code(coder, surface, &shapes, &self.field.positions, &mut split);
         announced(split.iter().filter(|&&s| s).count() as u64)?;
         let estimates = estimate(surface, &self.field.positions, &shapes, &split);
+        self.field.positions.reserve_exact(estimates.len());
         self.field.positions.extend(estimates.iter().map(|&e| round(e)));
         self.flip.code(coder, surface, &shapes, &self.field.positions, &split, &mut flip);
         self.field.positions.truncate(surface.vertices as usize);
+        drop(shapes);
         Ok(Step { kind, refined: refine(surface, &split, &flip), estimates })
     }
 
@@ -279,17 +283,22 @@ impl Levels {
 
     /// Makes the surface of a step the current one and begins the pass over its new vertices.
     pub fn begin_step(&mut self, step: Step, rule: Update) {
+        let Step { kind, refined: Refined { surface, first: heirs }, estimates } = step;
         let first = self.surface.vertices;
-        let coarse = std::mem::replace(&mut self.surface, step.refined.surface);
-        let kind = step.kind;
+        let coarse = std::mem::replace(&mut self.surface, surface);
+        // Only undoing an update asks for the coarse surface again; else it goes before the pass takes memory.
+        let lifted = match (kind, rule) {
+            (StepKind::Adaptive, _) | (_, Update::None) => {
+                drop(coarse);
+                None
+            }
+            _ => Some(Lifted { coarse, kind, rule }),
+        };
+        drop(heirs);
         let order = if kind == StepKind::Adaptive { AxisOrder::NormalLast } else { AxisOrder::NormalFirst };
-        self.begin(first, step.estimates, order, &NEAR);
-        // Only undoing an update asks for the coarse surface again.
-        if let Some(open) = &mut self.open
-            && kind != StepKind::Adaptive
-            && rule != Update::None
-        {
-            open.lifted = Some(Lifted { coarse, kind, rule });
+        self.begin(first, estimates, order, &NEAR);
+        if let Some(open) = &mut self.open {
+            open.lifted = lifted;
         }
     }
 

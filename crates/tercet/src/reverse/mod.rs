@@ -7,6 +7,7 @@
 
 mod adaptive;
 mod butterfly;
+mod curve;
 mod details;
 mod hierarchy;
 mod label;
@@ -17,7 +18,8 @@ mod sqrt3;
 use crate::mesh::Surface;
 
 pub(crate) use crate::subdivide::StepKind;
-pub(crate) use adaptive::reduce;
+pub(crate) use adaptive::{BLOCK, reduce};
+pub(crate) use curve::along_curve;
 pub(crate) use hierarchy::Hierarchy;
 pub(crate) use lift::lift;
 pub use scheme::LevelScheme;
