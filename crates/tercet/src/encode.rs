@@ -150,13 +150,15 @@ pub(crate) fn encode_stretched(
     Ok(Encoded { bytes, info, connectivity_bits, position_bits })
 }
 
-/// Streams for a mesh of so many vertices.
+/// Streams for a mesh of so many vertices: two from 100 000 on, twice as many for each four times the
+/// vertices. Threads gain time by them, and each costs bits.
 fn streams(vertices: usize) -> u32 {
-    (vertices / VERTICES_PER_STREAM).clamp(1, MOST_STREAMS as usize) as u32
+    let fours = (vertices / FEWEST_FOR_STREAMS).checked_ilog2().map(|twos| twos / 2);
+    fours.map_or(1, |fours| (2 << fours).min(MOST_STREAMS))
 }
 
-/// The fewest vertices that a thread of its own pays for.
-const VERTICES_PER_STREAM: usize = 50_000;
+/// Meshes of fewer vertices have one stream.
+const FEWEST_FOR_STREAMS: usize = 100_000;
 
 /// The sections that there are, in the order of the file.
 fn listed(positions: Option<Vec<u8>>, sections: Supplements) -> (Vec<Supplement>, Vec<Vec<u8>>) {
@@ -390,4 +392,18 @@ fn new_positions(
         }
     }
     new
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn streams_grow_with_the_square_root_of_the_mesh() {
+        let expected = [(0, 1), (99_999, 1), (100_000, 2), (399_999, 2), (400_000, 4), (10_000_000, 16)];
+        for (vertices, count) in expected {
+            assert_eq!(streams(vertices), count, "{vertices} vertices");
+        }
+        assert_eq!(streams(usize::MAX), MOST_STREAMS);
+    }
 }

@@ -3,8 +3,8 @@
 use tercet::shapes::scan;
 use tercet::{Decoder, Effort, EncodeOptions, Level, Limits, Mesh, decode, encode};
 
-/// Enough vertices for three streams, of which two levels and the pass of late ones make use.
-const VERTICES: usize = 160_000;
+/// Enough vertices for two streams, of which two levels and the pass of late ones make use.
+const VERTICES: usize = 110_000;
 
 fn options(effort: Effort) -> EncodeOptions {
     EncodeOptions { bits: Some(12), effort, ..EncodeOptions::default() }
