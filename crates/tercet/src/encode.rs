@@ -7,9 +7,9 @@ use crate::coding::{Levels, Point, payload};
 use crate::container::{self, LevelEntry, LevelKind, MOST_STREAMS, Outline, Supplement, UpdateRule};
 use crate::decode::Info;
 use crate::entropy::Encoder;
-use crate::mesh::{Cut, Lattice, Mesh, Surface, box_lattice, cut, next, prev, stretched};
+use crate::mesh::{Cut, Lattice, Mesh, Surface, box_lattice, cut, cut_along_curve, next, prev, stretched};
 use crate::metrics::LevelErrors;
-use crate::reverse::{BLOCK, Hierarchy, Reduction, StepKind, along_curve, lift};
+use crate::reverse::{BLOCK, Hierarchy, Reduction, StepKind, lift};
 use crate::{Effort, Error, LevelScheme, Limits, Result, Update};
 
 /// What to keep, and how.
@@ -104,7 +104,9 @@ pub(crate) fn encode_stretched(
     {
         return Err(Error::Parameter(format!("{bits} bits: 4 to 24 are possible")));
     }
-    let Cut { mut surface, mut vertex_source, loose, degenerate, .. } = cut(mesh);
+    // One block of vertices fits in the cache as it is.
+    let cut = if mesh.positions.len() > BLOCK { cut_along_curve } else { cut };
+    let Cut { surface, vertex_source, loose, degenerate, .. } = cut(mesh);
     let precision = match options.bits {
         Some(bits) => stretched(box_lattice(mesh, bits), stretch),
         None => supplement::exact_lattice(mesh, vertex_source.len()),
@@ -112,10 +114,6 @@ pub(crate) fn encode_stretched(
     let lattice = Lattice::new(&precision);
     let mut points: Vec<Point> = vec![[0; 3]; surface.virtuals as usize];
     points.extend(vertex_source.iter().map(|&v| lattice.quantise(mesh.positions[v as usize])));
-    // One block of vertices fits in the cache as it is.
-    if vertex_source.len() > BLOCK {
-        along_curve(&mut surface, &mut points, &mut vertex_source);
-    }
     let mut errors = LevelErrors::new(mesh, &surface, &vertex_source, &lattice);
     let total = vertex_source.len() as u64;
     let hierarchy = Hierarchy::build(surface, points, options.scheme, options.update, |reached| {

@@ -7,7 +7,6 @@
 
 mod adaptive;
 mod butterfly;
-mod curve;
 mod details;
 mod hierarchy;
 mod label;
@@ -19,7 +18,6 @@ use crate::mesh::Surface;
 
 pub(crate) use crate::subdivide::StepKind;
 pub(crate) use adaptive::{BLOCK, reduce};
-pub(crate) use curve::along_curve;
 pub(crate) use hierarchy::Hierarchy;
 pub(crate) use lift::lift;
 pub use scheme::LevelScheme;
