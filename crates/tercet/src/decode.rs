@@ -2,7 +2,7 @@
 
 use crate::coding::payload::Opening;
 use crate::coding::supplement::{self, Supplements};
-use crate::coding::{Levels, Point, regions};
+use crate::coding::{Levels, Point};
 use crate::container::{
     self, Approximation, Header, LevelEntry, LevelKind, Outline, Part, Reader, Supplement, UpdateRule,
 };
@@ -372,20 +372,22 @@ impl Decoder {
         Ok(Some(Begun { level: level as u32, streams }))
     }
 
-    /// How many streams the payload of a section has that holds positions, or none but connectivity.
+    /// How many streams the payload of a section has that holds connectivity or positions.
     fn streams(&self, part: Part) -> Result<u32> {
         let outline = self.outline()?;
-        let vertices = |level: usize| outline.levels[level].vertices;
-        let new = match part {
-            Part::Level(0) => vertices(0),
-            Part::Level(level) if outline.levels[level].kind == LevelKind::Late => 0,
-            Part::Level(level) => vertices(level) - vertices(level - 1),
+        let Outline { effort, streams, ref levels, .. } = *outline;
+        let new = |from: usize, to: usize| {
+            levels[to].vertices - from.checked_sub(1).map_or(0, |below| levels[below].vertices)
+        };
+        let (kind, vertices) = match part {
+            Part::Level(level) if levels[level].kind == LevelKind::Late => return Ok(1),
+            Part::Level(level) => (step_kind(levels[level].kind), new(level, level)),
             Part::Supplement(_) => {
-                let late = outline.levels.iter().take_while(|level| level.kind != LevelKind::Late).count();
-                vertices(outline.levels.len() - 1) - vertices(late - 1)
+                let late = levels.iter().take_while(|level| level.kind != LevelKind::Late).count();
+                (None, new(late, levels.len() - 1))
             }
         };
-        Ok(regions(outline.streams, new))
+        Ok(Levels::streams(effort, streams, kind, vertices))
     }
 
     fn keep(&mut self, kind: Supplement, bytes: Vec<u8>) {

@@ -151,11 +151,11 @@ impl Levels {
         // Levels grow by a factor already: room for twice as many would stay empty at the last one.
         rough.reserve_exact(surface.vertices as usize - rough.len());
         rough.resize(surface.vertices as usize, Roughness::START);
-        let count = regions(self.streams, surface.vertices - first);
+        let by_support = Positions::visit_by_support(self.effort, order);
+        let count = regions(self.streams, surface.vertices - first, by_support);
         while self.position.len() < count as usize {
             self.position.push(self.position[0].clone());
         }
-        let by_support = order == AxisOrder::NormalLast && self.effort != Effort::Fast;
         self.open = Some(Open {
             first,
             estimates,
@@ -196,6 +196,12 @@ impl Levels {
             self.open = None;
         }
         done
+    }
+
+    /// How many streams a pass over `vertices` new vertices has, those of a step of `kind` if they come from
+    /// one, in a file of so many `streams`.
+    pub fn streams(effort: Effort, streams: u32, kind: Option<StepKind>, vertices: u32) -> u32 {
+        regions(streams, vertices, Positions::visit_by_support(effort, axis_order(kind)))
     }
 
     /// How many regions the pass over positions that has begun has.
@@ -295,8 +301,7 @@ impl Levels {
             _ => Some(Lifted { coarse, kind, rule }),
         };
         drop(heirs);
-        let order = if kind == StepKind::Adaptive { AxisOrder::NormalLast } else { AxisOrder::NormalFirst };
-        self.begin(first, estimates, order, &NEAR);
+        self.begin(first, estimates, axis_order(Some(kind)), &NEAR);
         if let Some(open) = &mut self.open {
             open.lifted = lifted;
         }
@@ -335,6 +340,14 @@ impl Levels {
         // How far estimates are off is nothing that coarser levels could tell.
         self.position = vec![Positions::new(self.effort)];
         self.begin(first, estimates, AxisOrder::NormalLast, &LATE);
+    }
+}
+
+/// The order of axes on the surface that a step leads to; in the base without one.
+fn axis_order(kind: Option<StepKind>) -> AxisOrder {
+    match kind {
+        None | Some(StepKind::Adaptive) => AxisOrder::NormalLast,
+        Some(_) => AxisOrder::NormalFirst,
     }
 }
 

@@ -39,5 +39,4 @@ mod traversal;
 mod vector;
 
 pub(crate) use level::Levels;
-pub(crate) use region::regions;
 pub(crate) use vector::Point;

@@ -115,7 +115,6 @@ impl Progress {
             let turn = Turn {
                 v,
                 corner,
-                own: self.traversal.own(),
                 target: targets.get(i).copied().unwrap_or_default(),
                 estimate: pass.estimates.get(i),
                 known: self.traversal.known(),
@@ -139,8 +138,6 @@ pub(crate) struct Turn<'a> {
     pub v: u32,
     /// A corner of it.
     pub corner: u32,
-    /// Of a pass in the order of numbers, the first vertex of the region.
-    pub own: u32,
     /// Where it lies; meaningless when decoding.
     pub target: Point,
     /// Where it was expected before the pass, if it was.

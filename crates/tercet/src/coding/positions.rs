@@ -1,5 +1,6 @@
 //! The models of positions, by profile.
 
+use super::axes::AxisOrder;
 #[cfg(feature = "max")]
 use super::ensemble::EnsembleModels;
 use super::pass::{Pass, Progress, Roughness};
@@ -26,6 +27,11 @@ impl Positions {
             #[cfg(feature = "max")]
             Effort::Max => Positions::Ensemble(Box::new(EnsembleModels::new())),
         }
+    }
+
+    /// Whether a pass visits the best supported vertex first, not that of the next number.
+    pub fn visit_by_support(effort: Effort, order: AxisOrder) -> bool {
+        order == AxisOrder::NormalLast && effort != Effort::Fast
     }
 
     /// Begins a pass, of whose vertices nothing is coded yet. `positions` and `rough` have an entry a vertex.

@@ -17,9 +17,10 @@ use std::sync::{Mutex, PoisonError};
 /// with so many to learn from it costs less than 1 % of the bits.
 const LEAST: u32 = 1 << 14;
 
-/// How many regions a pass over `vertices` vertices has in a file of `streams` streams.
-pub(crate) fn regions(streams: u32, vertices: u32) -> u32 {
-    if vertices / LEAST >= streams { streams } else { 1 }
+/// How many regions a pass over `vertices` vertices has in a file of `streams` streams: several only if it
+/// visits the best supported vertex first.
+pub(crate) fn regions(streams: u32, vertices: u32, by_support: bool) -> u32 {
+    if by_support && vertices / LEAST >= streams { streams } else { 1 }
 }
 
 /// What is known of each vertex.
@@ -40,7 +41,7 @@ impl Region {
     fn new(pass: &Pass, models: &mut Positions, field: Field, share: Share) -> Self {
         let traversal = match pass.by_support {
             true => Traversal::by_support(pass.surface, pass.first, share),
-            false => Traversal::by_number(pass.surface, pass.first, share),
+            false => Traversal::by_number(pass.surface, pass.first),
         };
         models.begin(pass, &field.positions, &field.rough);
         Region { field, progress: Progress::new(traversal, pass.estimates.len()) }

@@ -335,9 +335,7 @@ fn look(pass: &Pass, turn: &Turn, rough: &[Roughness], ring: &mut Ring) -> Optio
     let Turn { v, corner, positions, errors, .. } = *turn;
     let surface: &Surface = pass.surface;
     let has_estimates = !pass.estimates.is_empty();
-    // What other regions code is not known.
-    let is_earlier = |x: u32| x < v && (x < pass.first || x >= turn.own);
-    let is_known = |x: u32| is_earlier(x) && !surface.is_virtual(x);
+    let is_known = |x: u32| x < v && !surface.is_virtual(x);
     let origin = positions[v as usize];
     let (mut fan, mut error) = (Fan::default(), Sum::default());
     let (mut tangential, mut normal, mut distance) = (0u64, 0u64, 0u64);
@@ -352,7 +350,7 @@ fn look(pass: &Pass, turn: &Turn, rough: &[Roughness], ring: &mut Ring) -> Optio
         if surface.is_virtual(a) {
             at_boundary = true;
             fan.interrupt();
-        } else if is_earlier(a) {
+        } else if a < v {
             let p = positions[a as usize];
             let place = sub(p, origin);
             fan.add(place);

@@ -19,7 +19,7 @@ const PARALLELOGRAM: u8 = 8;
 const DEGREES: u32 = u128::BITS;
 const HIGHEST: u8 = DEGREES as u8 - 1;
 
-/// A share of a pass's vertices: the `index`th `of` so many.
+/// A share of a surface: the `index`th `of` so many.
 #[derive(Clone, Copy)]
 pub(crate) struct Share {
     pub index: u32,
@@ -42,28 +42,26 @@ pub(crate) struct Traversal {
     first: u32,
     /// For each vertex from `first` on its corner of the smallest number.
     corner: Vec<u32>,
-    /// In the order of numbers, counted from `first`, the vertices to be visited.
-    range: Range<u32>,
+    /// Vertices visited so far: in the order of numbers the next one, counted from `first`.
     visited: u32,
     /// The vertices still to be visited, if they are visited by their support.
     queue: Option<Queue>,
 }
 
 impl Traversal {
-    /// Visits a share of the vertices from `first` on, a run of them, in the order of their numbers; the real
-    /// ones before are known. Time O(n).
-    pub fn by_number(surface: &Surface, first: u32, share: Share) -> Self {
+    /// Visits the vertices from `first` on in the order of their numbers; the real ones before are
+    /// known. Time O(n).
+    pub fn by_number(surface: &Surface, first: u32) -> Self {
         let mut known = vec![false; surface.vertices as usize];
         known[surface.virtuals as usize..first as usize].fill(true);
         let corner = surface.any_corner_from(first);
-        let range = share.range(surface.vertices - first);
-        Traversal { known, first, corner, range, visited: 0, queue: None }
+        Traversal { known, first, corner, visited: 0, queue: None }
     }
 
-    /// Visits a share of them, those whose corners of the smallest numbers lie in a run of faces: the best
+    /// Visits a share of them: those whose corners of the smallest numbers lie in a run of faces, the best
     /// supported vertex first, of several the one that has been so longest. Time O(n).
     pub fn by_support(surface: &Surface, first: u32, share: Share) -> Self {
-        let mut traversal = Traversal::by_number(surface, first, share);
+        let mut traversal = Traversal::by_number(surface, first);
         let mut degree = vec![0u8; (surface.vertices - first) as usize];
         for (c, &v) in (0..).zip(&surface.vertex) {
             if v >= first {
@@ -83,11 +81,6 @@ impl Traversal {
         &self.known
     }
 
-    /// The first vertex that is visited in the order of numbers.
-    pub fn own(&self) -> u32 {
-        self.first + self.range.start
-    }
-
     /// How many vertices have been visited.
     pub fn visited(&self) -> usize {
         self.visited as usize
@@ -97,9 +90,9 @@ impl Traversal {
     pub fn next(&self) -> Option<(u32, u32)> {
         let i = match &self.queue {
             Some(queue) => queue.first()?,
-            None => Some(self.range.start + self.visited).filter(|i| *i < self.range.end)?,
+            None => self.visited,
         };
-        Some((self.first + i, self.corner[i as usize]))
+        self.corner.get(i as usize).map(|&corner| (self.first + i, corner))
     }
 
     /// Notes that the vertex at `corner`, which was next, is known. Time O(valence).
@@ -279,7 +272,7 @@ mod tests {
     fn by_number_the_order_is_that_of_numbers() {
         let surface = cut(&grid(5, 4)).surface;
         let first = surface.virtuals + 3;
-        let order = visits(&surface, Traversal::by_number(&surface, first, WHOLE));
+        let order = visits(&surface, Traversal::by_number(&surface, first));
         assert!(order.into_iter().eq(first..surface.vertices));
     }
 
@@ -287,16 +280,14 @@ mod tests {
     fn shares_are_parts_of_the_whole() {
         let surface = cut(&grid(9, 7)).surface;
         let first = surface.virtuals + 20;
-        for begin in [Traversal::by_number, Traversal::by_support] {
-            let mut all: Vec<u32> = Vec::new();
-            for index in 0..3 {
-                let part = visits(&surface, begin(&surface, first, Share { index, of: 3 }));
-                assert!(part.len() > 3);
-                all.extend(part);
-            }
-            all.sort_unstable();
-            assert!(all.into_iter().eq(first..surface.vertices));
+        let mut all: Vec<u32> = Vec::new();
+        for index in 0..3 {
+            let part = visits(&surface, Traversal::by_support(&surface, first, Share { index, of: 3 }));
+            assert!(part.len() > 3);
+            all.extend(part);
         }
+        all.sort_unstable();
+        assert!(all.into_iter().eq(first..surface.vertices));
     }
 
     #[test]
