@@ -2,25 +2,28 @@
 //!
 //! Vertices, their order and the way a coordinate is taken apart are those of [`position`](super::position).
 //! What is added are experts from beyond the ring, histograms, and a memory of how far each expert was off at
-//! each vertex. By that memory every expert has a scale of its own, and their mean, each weighted by how well
-//! it did around, is the centre of the coordinate's decisions.
+//! each vertex. By that memory every expert has a scale of its own, and their mean is weighted by how well each
+//! did around. What the experts were off from that mean together tells where the coordinate is, by least
+//! squares: this is the centre of its decisions.
 
 use super::axes::{AxisOrder, KINDS, axes, is_across, kind, shift};
 use super::beyond::Beyond;
+use super::deviation::{Deviation, Forecast, HINTS, octaves};
 use super::histogram::Histogram;
 use super::opinions::INITIAL;
 use super::pass::{Pass, Progress, Roughness, plain};
+use super::regression::{Regression, standardise};
 use super::residual::{Candidates, Expert, ResidualModels, Situation};
 use super::ring::{Neighbourhood, Ring};
 use super::scale::{Scale, ScaleCell, bin, ratio};
 use super::spread::{Cells, Spread};
-use super::vector::{Point, Vector};
+use super::vector::{Point, Vector, add_to};
 use crate::entropy::Coder;
 use crate::mesh::Surface;
 use crate::subdivide::FRACTION_BITS;
 
 /// What is asked about a coordinate; see [`ResidualModels`].
-const EXPERTS: usize = 11;
+const EXPERTS: usize = 13;
 const CONTEXTS: usize = 5;
 const LISTS: usize = 4;
 const SETS: usize = 5;
@@ -30,18 +33,33 @@ type Residual = ResidualModels<EXPERTS, CONTEXTS, LISTS, SETS, HISTOGRAMS, VECTO
 
 /// Experts by their numbers. Further ones: 3 the mean of the parallelograms, 4 the second nearest of
 /// them, 5 the mean of the known neighbours, 6 the estimate as it is, 8 the mean of the reflections.
-const BLEND: usize = 0;
+const FIT: usize = 0;
 const NEAREST: usize = 1;
 const CORRECTED: usize = 2;
 const REFLECTION: usize = 7;
 const LAPLACIAN: usize = 9;
 const EXPECTED: usize = 10;
+const BLEND: usize = 11;
+/// The fit once more, as far off as its place alone says.
+const PLAIN: usize = 12;
+
+/// Points around a vertex: at the experts' numbers theirs, if they are points, and in place of the blend the
+/// expected one, moved by what that was off around.
+const POINTS: usize = 12;
+
+/// Experts whose errors are remembered: all but the last.
+const TRAILED: usize = 12;
+
+/// What the fit is told from: all points but the first, which is none.
+const FEATURES: usize = POINTS - 1;
+/// Classes of neighbourhoods.
+const CLASSES: usize = 7;
 
 const DISTANCES: usize = 8;
 const TRAILS: usize = 64;
 
 /// How far each expert was off at a vertex.
-type Trail = [Roughness; EXPERTS];
+type Trail = [Roughness; TRAILED];
 
 /// The models of positions; they live as long as the file.
 #[derive(Clone)]
@@ -52,17 +70,36 @@ pub(crate) struct EnsembleModels {
     by_trail: Vec<ScaleCell>,
     /// The known coordinates of each axis.
     histograms: [Histogram; 3],
+    /// What the points tell of the coordinate, by kind of axis and class of the neighbourhood.
+    fits: Vec<Regression<FEATURES>>,
+    deviation: Deviation,
     /// An entry a vertex, during a pass.
     trails: Vec<Trail>,
+    /// By how much the expected point was off, in 1/256; an entry a vertex, during a pass.
+    errors: Vec<[i32; 3]>,
 }
 
 /// A vertex about to be coded.
 struct Vertex<'a> {
     around: Neighbourhood<'a>,
     beyond: &'a Beyond,
-    experts: [Vector; EXPERTS],
+    points: [Vector; POINTS],
     /// The mean of the known neighbours' trails.
     trail: Trail,
+}
+
+/// A coordinate about to be coded.
+struct Coordinate {
+    axis: usize,
+    kind: usize,
+    place: Cells,
+    /// How far the first expert should be off by its place, in 1/256.
+    spread: u64,
+    centre: [i64; EXPERTS],
+    /// How far each expert was off around, in 1/256.
+    trail: [u32; TRAILED],
+    /// By how many octaves the earlier axes were further off than their places said.
+    earlier: [i64; 2],
 }
 
 impl EnsembleModels {
@@ -70,16 +107,21 @@ impl EnsembleModels {
         EnsembleModels {
             residual: Residual::new([243, 1536, 1728, 1728, 243], [24, 120, 144, 72, 3], initial_weights),
             spread: Spread::new(),
-            by_trail: vec![ScaleCell::default(); EXPERTS * KINDS * DISTANCES * TRAILS],
+            by_trail: vec![ScaleCell::default(); TRAILED * KINDS * DISTANCES * TRAILS],
             histograms: [(); 3].map(|()| Histogram::new()),
+            fits: vec![Regression::NEW; KINDS * CLASSES],
+            deviation: Deviation::new(),
             trails: Vec::new(),
+            errors: Vec::new(),
         }
     }
 
     /// Begins a pass over the vertices from `first` on. Time O(n).
     pub fn begin(&mut self, surface: &Surface, first: u32, positions: &[Point], rough: &[Roughness]) {
         self.trails.clear();
-        self.trails.extend(rough.iter().map(|&rough| [rough; EXPERTS]));
+        self.trails.extend(rough.iter().map(|&rough| [rough; TRAILED]));
+        self.errors.clear();
+        self.errors.resize(rough.len(), [0; 3]);
         self.histograms.iter_mut().for_each(Histogram::clear);
         let known = surface.virtuals as usize..first as usize;
         positions[known].iter().for_each(|&p| self.count(p));
@@ -107,10 +149,12 @@ impl EnsembleModels {
             } else {
                 beyond.gather(pass.surface, turn.corner, turn.known, turn.positions);
                 let around = Neighbourhood::new(&ring, pass, turn, rough);
-                let vertex = Vertex::new(around, &ring, &beyond, &self.trails, turn.estimate);
+                let vertex = Vertex::new(around, &ring, &beyond, self, turn.estimate);
                 let (point, trail) = self.vertex(coder, &vertex, pass.order, turn.target);
                 Roughness::spread(rough, turn.v, trail[EXPECTED], ring.vertices());
                 self.remember(turn.v, trail, ring.vertices());
+                let expected = vertex.points[EXPECTED];
+                self.errors[turn.v as usize] = [0, 1, 2].map(|k| clamp(exact(point[k]) - expected[k]));
                 point
             };
             self.count(point);
@@ -135,68 +179,83 @@ impl EnsembleModels {
     ) -> (Point, Trail) {
         let normal = vertex.around.normal;
         let axes = axes(normal, order);
-        let mut centres = vertex.experts;
+        let mut points = vertex.points;
         let mut point = target;
-        let mut sizes = [[0u64; 3]; EXPERTS];
+        let mut sizes = [[0u64; 3]; TRAILED];
+        let mut earlier = [0; 2];
         for (step, &axis) in axes.iter().enumerate() {
             let kind = kind(step, order, vertex.around.at_boundary);
             let across = is_across(step, order);
             let trail = vertex.trail.map(|off| if across { off.normal } else { off.tangential });
-            let mut centre = centres.map(|c| c[axis]);
-            centre[BLEND] = blend(&centre, &trail);
-            let value = self.coordinate(coder, vertex, [kind, axis], &centre, &trail, target[axis]);
+            let place = Cells::new(&vertex.around, kind);
+            let spread = self.spread.mean(&place);
+            let centre = points.map(|p| p[axis]);
+            let blend = blend(&centre, &trail);
+            let features = std::array::from_fn(|j| standardise(centre[j + 1] - blend, spread));
+            let set = kind * CLASSES + vertex.around.class;
+            let more = (self.fits[set].predict(&features) * spread.min(MOST) as i64) >> 16;
+            let centre = experts(&centre, blend, blend + more);
+            let coordinate = Coordinate { axis, kind, place, spread, centre, trail, earlier };
+            let value = self.coordinate(coder, vertex, &coordinate, target[axis]);
             point[axis] = value;
-            let off = centre.map(|c| ((value as i64) << FRACTION_BITS) - c);
+            self.fits[set].learn(&features, standardise(exact(value) - blend, spread));
+            let off = centre.map(|c| exact(value) - c);
             sizes.iter_mut().zip(off).for_each(|(sizes, off)| sizes[step] = off.unsigned_abs());
-            shift(&mut centres, off, normal, axes, step, order);
+            if let Some(earlier) = earlier.get_mut(step) {
+                *earlier = octaves(off[FIT].unsigned_abs(), spread);
+            }
+            let off = points.map(|p| exact(value) - p[axis]);
+            shift(&mut points, off, normal, axes, step, order);
         }
         (point, sizes.map(|sizes| Roughness::of(sizes, order)))
     }
 
-    fn coordinate<C: Coder>(
-        &mut self,
-        coder: &mut C,
-        vertex: &Vertex,
-        [kind, axis]: [usize; 2],
-        centre: &[i64; EXPERTS],
-        trail: &[u32; EXPERTS],
-        target: i32,
-    ) -> i32 {
-        let around = &vertex.around;
-        let place = Cells::new(around, kind);
-        let main = self.spread.mean(&place);
-        let mut experts = [Expert { centre: centre[BLEND], scale: Scale::new(main) }; EXPERTS];
-        let mut cells = [0; EXPERTS];
-        for j in 1..EXPERTS {
-            let distance = centre[j].abs_diff(centre[BLEND]);
-            let apart = ratio(distance + 12, main + 50, DISTANCES);
-            cells[j] =
-                ((j * KINDS + kind) * DISTANCES + apart) * TRAILS + bin(trail[j] as u64 + 8, 4, -6, TRAILS);
-            let mean = self.by_trail[cells[j]].mean(main + distance / 2);
-            experts[j] = Expert { centre: centre[j], scale: Scale::new(mean) };
+    fn coordinate<C: Coder>(&mut self, coder: &mut C, vertex: &Vertex, c: &Coordinate, target: i32) -> i32 {
+        let Coordinate { axis, kind, spread, centre, .. } = *c;
+        let forecast = c.forecast(vertex, &self.deviation);
+        let mut experts = centre.map(|centre| Expert { centre, scale: Scale::new(spread) });
+        experts[FIT].scale = Scale::new(forecast.mean);
+        let mut cells = [0; TRAILED];
+        for (j, cell) in cells.iter_mut().enumerate().skip(1) {
+            let distance = centre[j].abs_diff(centre[FIT]);
+            let apart = ratio(distance + 12, spread + 50, DISTANCES);
+            let off = bin(c.trail[j] as u64 + 8, 4, -6, TRAILS);
+            *cell = ((j * KINDS + kind) * DISTANCES + apart) * TRAILS + off;
+            experts[j].scale = Scale::new(self.by_trail[*cell].mean(spread + distance / 2));
         }
-        let situation = situation(vertex, &self.histograms[axis], &experts, [kind, axis], main, trail[BLEND]);
+        let situation = situation(vertex, &self.histograms[axis], &experts, c);
         let value = self.residual.code(coder, target, &experts, &situation);
-        let off = |e: &Expert| ((value as i64) << FRACTION_BITS).abs_diff(e.centre);
-        self.spread.learn(&place, off(&experts[BLEND]));
-        for j in 1..EXPERTS {
-            self.by_trail[cells[j]].learn(off(&experts[j]));
+        let off = |j: usize| exact(value).abs_diff(centre[j]);
+        self.spread.learn(&c.place, off(FIT));
+        self.deviation.learn(&forecast, off(FIT));
+        for j in 1..TRAILED {
+            self.by_trail[cells[j]].learn(off(j));
         }
         value
     }
 }
 
-/// The contexts of a coordinate; `off` is how far the blend was off around.
+impl Coordinate {
+    fn forecast(&self, vertex: &Vertex, deviation: &Deviation) -> Forecast {
+        let points = &self.centre[NEAREST..=EXPECTED];
+        let apart = points.iter().map(|c| c.abs_diff(self.centre[FIT])).sum::<u64>() / points.len() as u64;
+        let around = &vertex.around;
+        let off = [FIT, EXPECTED].map(|j| self.trail[j] as u64);
+        let hints: [u64; HINTS] = [off[0], off[1], apart, around.extent(self.axis), around.edge];
+        deviation.forecast(self.kind, self.spread, hints, self.earlier)
+    }
+}
+
+/// The contexts of a coordinate.
 fn situation<'a>(
     vertex: &Vertex,
     histogram: &'a Histogram,
     experts: &[Expert; EXPERTS],
-    [kind, axis]: [usize; 2],
-    main: u64,
-    off: u32,
+    coordinate: &Coordinate,
 ) -> Situation<'a, CONTEXTS, LISTS, SETS, HISTOGRAMS> {
+    let Coordinate { axis, kind, spread, trail, .. } = *coordinate;
     let around = &vertex.around;
-    let first = experts[BLEND];
+    let first = experts[FIT];
     let log = first.scale.log;
     let scale = (log / 4).saturating_sub(8).min(23);
     // In which of nine bins of the scale another expectation lies.
@@ -209,7 +268,7 @@ fn situation<'a>(
     let second = beside(around.second[axis]);
     let fine = log.saturating_sub(24).min(63);
     let fraction = ((first.centre & 255) >> 5) as usize;
-    let off = bin(off as u64 + 8, 2, -6, 24);
+    let off = bin(trail[FIT] as u64 + 8, 2, -6, 24);
     let contexts = |mirror: bool| {
         let turn = |x: usize| if mirror { 8 - x } else { x };
         [
@@ -221,7 +280,8 @@ fn situation<'a>(
         ]
     };
     let parallelograms = around.parallelograms.min(3);
-    let apart = |j: usize, bins: usize| ratio(experts[j].centre.abs_diff(first.centre) + 25, main + 50, bins);
+    let apart =
+        |j: usize, bins: usize| ratio(experts[j].centre.abs_diff(first.centre) + 25, spread + 50, bins);
     let class = around.class + if vertex.beyond.reflections.is_empty() { 0 } else { 6 };
     Situation {
         above: contexts(false),
@@ -244,14 +304,17 @@ impl<'a> Vertex<'a> {
         around: Neighbourhood<'a>,
         ring: &Ring,
         beyond: &'a Beyond,
-        trails: &[Trail],
+        models: &EnsembleModels,
         estimate: Option<&Vector>,
     ) -> Self {
         let [expected, nearest, corrected] = around.predictions;
         let [reflection, reflected] = beyond.reflected(expected).unwrap_or([expected; 2]);
         let smooth = beyond.laplacian().map(|off| [0, 1, 2].map(|k| around.mean[k] + off[k]));
-        let experts = [
-            // The blend is made for each axis anew.
+        let count = ring.known() as u64;
+        let mut error = [0; 3];
+        ring.vertices().iter().for_each(|&y| add_to(&mut error, models.errors[y as usize].map(i64::from)));
+        let points = [
+            // The fit is made for each axis anew.
             expected,
             nearest,
             corrected,
@@ -263,22 +326,22 @@ impl<'a> Vertex<'a> {
             reflected,
             smooth.unwrap_or(expected),
             expected,
+            [0, 1, 2].map(|k| expected[k] + error[k] / count as i64),
         ];
-        let count = ring.known() as u64;
-        let mut trail = [Roughness::START; EXPERTS];
+        let mut trail = [Roughness::START; TRAILED];
         for (j, mean) in trail.iter_mut().enumerate() {
-            let around = ring.vertices().iter().map(|&y| trails[y as usize][j]);
+            let around = ring.vertices().iter().map(|&y| models.trails[y as usize][j]);
             let [tangential, normal] =
                 around.fold([0, 0], |[t, n], off| [t + off.tangential as u64, n + off.normal as u64]);
             *mean = Roughness { tangential: (tangential / count) as u32, normal: (normal / count) as u32 };
         }
-        Vertex { around, beyond, experts, trail }
+        Vertex { around, beyond, points, trail }
     }
 
     /// Values of an axis that may repeat: the neighbours', the parallelograms', where the first experts
     /// expect it, and those across the ring's edges.
     fn candidates(&self, axis: usize, experts: &[Expert; EXPERTS]) -> [Candidates; LISTS] {
-        let near = [BLEND, NEAREST, CORRECTED].map(|j| experts[j].centre);
+        let near = [FIT, NEAREST, CORRECTED].map(|j| experts[j].centre);
         let [neighbours, parallelograms, _] = self.around.candidates(axis, &near);
         let mut lists = [neighbours, parallelograms, Candidates::EMPTY, Candidates::EMPTY];
         let rounded = |centre: i64| (centre + 128) >> FRACTION_BITS;
@@ -289,12 +352,20 @@ impl<'a> Vertex<'a> {
     }
 }
 
-/// The mean of the experts but the first, each weighted by the third power of how little it was off around.
-fn blend(centre: &[i64; EXPERTS], trail: &[u32; EXPERTS]) -> i64 {
+/// The experts' centres: the points', but for those that are made of them.
+fn experts(points: &[i64; POINTS], blend: i64, fit: i64) -> [i64; EXPERTS] {
+    let mut centre = [fit; EXPERTS];
+    centre[..POINTS].copy_from_slice(points);
+    (centre[FIT], centre[BLEND], centre[PLAIN]) = (fit, blend, fit);
+    centre
+}
+
+/// The mean of the points that experts have, each weighted by the third power of how little it was off around.
+fn blend(centre: &[i64; POINTS], trail: &[u32; TRAILED]) -> i64 {
     let off = trail.map(|off| off as u64 + 16);
-    let least = off[1..].iter().copied().min().unwrap_or(1);
+    let least = off[NEAREST..=EXPECTED].iter().copied().min().unwrap_or(1);
     let (mut sum, mut total) = (0i64, 0i64);
-    for j in 1..EXPERTS {
+    for j in NEAREST..=EXPECTED {
         let share = ((least << 8) / off[j]) as i64;
         let weight = (((share * share) >> 8) * share) >> 8;
         sum += weight * (centre[j] - centre[EXPECTED]).clamp(-FAR, FAR);
@@ -303,16 +374,41 @@ fn blend(centre: &[i64; EXPERTS], trail: &[u32; EXPERTS]) -> i64 {
     centre[EXPECTED] + sum / total.max(1)
 }
 
-/// No expert draws the blend further than this.
+/// No point draws the blend further than this, and no fit lies further from it than some times this.
 const FAR: i64 = 1 << 37;
+/// Spreads count as no larger than this where points are placed by them.
+const MOST: u64 = 1 << 36;
 
-fn initial_weights(node: usize) -> [[i16; 8]; VECTORS] {
-    INITIAL[match node {
+/// A coordinate in 1/256.
+fn exact(value: i32) -> i64 {
+    (value as i64) << FRACTION_BITS
+}
+
+/// A distance in 32 bits.
+fn clamp(distance: i64) -> i32 {
+    distance.clamp(i32::MIN as i64, i32::MAX as i64) as i32
+}
+
+/// The row of [`INITIAL`] for a node.
+fn row(node: usize) -> usize {
+    match node {
         0 => 0,
         1 => 1,
         2..=3 => 2,
         4..=7 => 3,
         8..=12 => 4,
         _ => 5,
-    }]
+    }
+}
+
+fn initial_weights(node: usize) -> [[i16; 8]; VECTORS] {
+    INITIAL[row(node)]
+}
+
+/// What the weights are at the end is what training is for.
+#[cfg(test)]
+impl Drop for EnsembleModels {
+    fn drop(&mut self) {
+        self.residual.each_weight(|node, weights, uses| super::training::note(row(node), weights, uses));
+    }
 }

@@ -11,6 +11,8 @@ mod beyond;
 #[cfg(feature = "max")]
 mod births;
 #[cfg(feature = "max")]
+mod deviation;
+#[cfg(feature = "max")]
 mod ensemble;
 mod flip;
 mod histogram;
@@ -26,6 +28,8 @@ mod position;
 mod positions;
 mod predict;
 mod region;
+#[cfg(feature = "max")]
+mod regression;
 mod relax;
 mod residual;
 mod ring;
@@ -35,6 +39,8 @@ mod split;
 mod spread;
 pub(crate) mod supplement;
 mod tabled;
+#[cfg(all(test, feature = "max"))]
+mod training;
 mod traversal;
 mod vector;
 

@@ -13,13 +13,16 @@
 //! Counters under geometric contexts add what the distributions do not know, and mixers weigh
 //! them all. How many of each there are is the profile's choice: `E` experts, `K` contexts that hold for
 //! a whole coordinate, `L` lists of candidates and `G` histograms, each a context that changes with every
-//! decision, `S` sets of weights, and `V` vectors of eight opinions for what these give and a bias.
+//! decision, `S` sets of weights, and `V` vectors of eight opinions for what these give and a bias. Where
+//! there are histograms, what the mixers say is averaged with a secondary estimate of it.
 
 use super::histogram::Histogram;
 use super::model::number;
 use super::scale::Scale;
 use super::vector::COORDINATE_LIMIT;
-use crate::entropy::{Coder, Counter, LOGIT_LIMIT, Mixer, Opinions, error, log_expm1, softplus, squash};
+use crate::entropy::{
+    Coder, Counter, Knot, LOGIT_LIMIT, Mixer, Opinions, Secondary, error, log_expm1, softplus, squash,
+};
 
 /// Number of values of [`Situation::trust`].
 pub(crate) const TRUSTS: usize = 24;
@@ -151,6 +154,8 @@ pub(crate) struct ResidualModels<
     by_split: [Vec<[Counter; NODES]>; L],
     by_frequency: [Vec<[Counter; NODES]>; G],
     mixers: [Mixer<V>; S],
+    /// By the first list's candidates in the parts of the decision.
+    secondary: [Secondary; G],
 }
 
 /// One coordinate being coded.
@@ -219,6 +224,17 @@ impl<const E: usize, const K: usize, const L: usize, const S: usize, const G: us
             by_split: [Candidates::SPLITS * TRUSTS; L].map(table),
             by_frequency: [FREQUENCY_BINS * FREQUENCY_BINS * TRUSTS; G].map(table),
             mixers: sets.map(|sets| Mixer::new(sets * NODES, |i| weights(i % NODES))),
+            secondary: [Candidates::SPLITS * NODES; G].map(Secondary::new),
+        }
+    }
+
+    /// Shows the weights of every set: their node, and how often they have learnt.
+    #[cfg(all(test, feature = "max"))]
+    pub fn each_weight(&self, mut show: impl FnMut(usize, [[i16; 8]; V], i16)) {
+        for mixer in &self.mixers {
+            for (i, (weights, uses)) in mixer.weights().enumerate() {
+                show(i % NODES, weights, uses);
+            }
         }
     }
 
@@ -393,9 +409,20 @@ impl<const E: usize, const K: usize, const L: usize, const S: usize, const G: us
         for (mixer, set) in self.mixers.iter_mut().zip(walk.situation.sets) {
             sum += mixer.set(set * NODES + node).mix(opinions);
         }
-        let p = squash(sum.div_euclid(S as i32));
+        let logit = sum.div_euclid(S as i32);
+        let mixed = squash(logit);
+        let mut p = mixed;
+        let mut knots = [Knot::default(); G];
+        for (secondary, knot) in self.secondary.iter().zip(&mut knots) {
+            let refined;
+            (refined, *knot) = secondary.refine(rows[0] / TRUSTS * NODES + node, logit);
+            p = mixed.midpoint(refined);
+        }
         let bit = coder.bit(bit, p);
-        let error = error(bit, p);
+        for (secondary, knot) in self.secondary.iter_mut().zip(knots) {
+            secondary.learn(knot, bit);
+        }
+        let error = error(bit, mixed);
         for (mixer, set) in self.mixers.iter_mut().zip(walk.situation.sets) {
             mixer.set(set * NODES + node).learn(opinions, error, MIXER_RATE);
         }

@@ -94,6 +94,14 @@ pub(crate) struct Neighbourhood<'a> {
 }
 
 impl Neighbourhood<'_> {
+    /// How far apart the known neighbours lie along an axis, in 1/256.
+    #[cfg(feature = "max")]
+    pub fn extent(&self, axis: usize) -> u64 {
+        let places = || self.ring.known.iter().map(|&y| self.positions[y as usize][axis]);
+        let (least, most) = (places().min().unwrap_or(0), places().max().unwrap_or(0));
+        (most.abs_diff(least) as u64) << FRACTION_BITS
+    }
+
     /// Values of an axis that may repeat: the neighbours', the parallelograms', and where the experts (`centres`) expect it.
     #[inline]
     pub fn candidates(&self, axis: usize, centres: &[i64; EXPERTS]) -> [Candidates; LISTS] {
