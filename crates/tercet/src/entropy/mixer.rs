@@ -40,6 +40,12 @@ impl<const V: usize> Mixer<V> {
         Mixer((0..sets).map(weights).collect())
     }
 
+    /// All weights, and how often each has learnt.
+    #[cfg(all(test, feature = "max"))]
+    pub fn weights(&self) -> impl Iterator<Item = ([[i16; 8]; V], i16)> {
+        self.0.iter().map(|set| (set.weights.map(i16x8::to_array), set.uses))
+    }
+
     /// The weights in situation `set`.
     #[inline(always)]
     pub fn set(&mut self, set: usize) -> &mut Weights<V> {
