@@ -13,7 +13,8 @@ use super::relax::{ESTIMATE_BITS, precise, relax, rounded};
 use super::ring::{LATE, NEAR, Shares};
 use super::shape::Shapes;
 use super::split::SplitModels;
-use super::tabled::TableModels;
+use super::site::{in_faces, in_rings, lie_in_faces};
+use super::tabled::{TableModels, Walk};
 use super::traversal::Traversal;
 use super::vector::{COORDINATE_LIMIT, Point, Vector};
 use crate::entropy::Coder;
@@ -29,7 +30,9 @@ use std::borrow::Cow;
 pub(crate) struct Levels {
     split: SplitModels,
     flip: FlipModels,
-    position: Positions,
+    /// Positions of irregular levels, unless they are coded by tables.
+    mixed: Option<Positions>,
+    tables: Option<TableModels>,
     effort: Effort,
     /// The finest surface so far.
     pub surface: Surface,
@@ -50,21 +53,19 @@ struct Late {
     estimates: Vec<Point>,
 }
 
-/// The models of positions.
+/// The mixed models of positions.
 enum Positions {
     Mixed(PositionModels),
     #[cfg(feature = "max")]
     Ensemble(Box<EnsembleModels>),
-    Tables(TableModels),
 }
 
 impl Positions {
     fn new(effort: Effort) -> Self {
         match effort {
-            Effort::Fast => Positions::Tables(TableModels::new()),
-            Effort::Default => Positions::Mixed(PositionModels::new()),
             #[cfg(feature = "max")]
             Effort::Max => Positions::Ensemble(Box::new(EnsembleModels::new())),
+            _ => Positions::Mixed(PositionModels::new()),
         }
     }
 }
@@ -77,8 +78,24 @@ struct Open {
     shares: &'static Shares,
     bits: u32,
     origin: Point,
-    progress: Progress,
+    course: Course,
     lifted: Option<Lifted>,
+}
+
+/// How far a pass has come.
+enum Course {
+    Mixed(Progress),
+    Tables(Walk),
+}
+
+impl Course {
+    /// How many vertices are still to be visited.
+    fn left(&self) -> usize {
+        match self {
+            Course::Mixed(progress) => progress.traversal.left(),
+            Course::Tables(walk) => walk.left(),
+        }
+    }
 }
 
 /// An update to be undone when all details are known.
@@ -108,7 +125,8 @@ impl Levels {
         Levels {
             split: SplitModels::new(effort),
             flip: FlipModels::new(effort),
-            position: Positions::new(effort),
+            mixed: None,
+            tables: None,
             effort,
             surface: Surface::default(),
             positions: Vec::new(),
@@ -154,7 +172,7 @@ impl Levels {
         let largest = real.iter().map(size).max().unwrap_or(0);
         let bits = coder.raw(32 - largest.leading_zeros(), 5);
         self.positions = vec![[0; 3]; virtuals];
-        self.begin(self.surface.virtuals, Vec::new(), AxisOrder::NormalLast, &NEAR);
+        self.begin(self.surface.virtuals, Vec::new(), AxisOrder::NormalLast, &NEAR, None);
         if let Some(open) = &mut self.open {
             (open.bits, open.origin) = (bits, origin);
         }
@@ -162,25 +180,38 @@ impl Levels {
 
     /// Begins a pass over the positions of the vertices from `first` on, which have these estimates. Until
     /// they are coded they lie there.
-    fn begin(&mut self, first: u32, estimates: Vec<Vector>, order: AxisOrder, shares: &'static Shares) {
+    fn begin(
+        &mut self,
+        first: u32,
+        estimates: Vec<Vector>,
+        order: AxisOrder,
+        shares: &'static Shares,
+        refined: Option<(&Surface, &[u32])>,
+    ) {
         let surface = &self.surface;
         self.positions.truncate(first as usize);
         self.positions.extend(estimates.iter().map(|&e| round(e)));
         self.positions.resize(surface.vertices as usize, [0; 3]);
         self.rough.resize(surface.vertices as usize, Roughness::START);
-        let by_support = order == AxisOrder::NormalLast && !matches!(self.position, Positions::Tables(_));
-        let traversal = if by_support {
-            Traversal::by_support(surface, first)
+        let course = if self.effort == Effort::Fast {
+            let sites = match refined {
+                Some((coarse, firsts)) => in_faces(coarse, firsts, surface, &self.positions),
+                None => in_rings(surface, first, &self.positions),
+            };
+            Course::Tables(Walk::new(sites, estimates.len()))
         } else {
-            Traversal::by_number(surface, first)
+            let traversal = match order {
+                AxisOrder::NormalLast => Traversal::by_support(surface, first),
+                AxisOrder::NormalFirst => Traversal::by_number(surface, first),
+            };
+            #[cfg(feature = "max")]
+            if let Positions::Ensemble(models) = self.mixed.get_or_insert_with(|| Positions::new(self.effort)) {
+                models.begin(surface, first, &self.positions, &self.rough);
+            }
+            Course::Mixed(Progress::new(traversal, estimates.len()))
         };
-        #[cfg(feature = "max")]
-        if let Positions::Ensemble(models) = &mut self.position {
-            models.begin(surface, first, &self.positions, &self.rough);
-        }
-        let progress = Progress::new(traversal, estimates.len());
         self.open =
-            Some(Open { first, estimates, order, shares, bits: 0, origin: [0; 3], progress, lifted: None });
+            Some(Open { first, estimates, order, shares, bits: 0, origin: [0; 3], course, lifted: None });
     }
 
     /// Codes the positions of the pass that has begun, of `targets` when encoding: one entry a vertex of it.
@@ -196,12 +227,17 @@ impl Levels {
             bits: open.bits,
             origin: open.origin,
         };
-        let (progress, positions, rough) = (&mut open.progress, &mut self.positions, &mut self.rough);
-        let done = match &mut self.position {
-            Positions::Mixed(models) => models.code(coder, &pass, progress, targets, positions, rough),
-            #[cfg(feature = "max")]
-            Positions::Ensemble(models) => models.code(coder, &pass, progress, targets, positions, rough),
-            Positions::Tables(models) => models.code(coder, &pass, progress, targets, positions, rough),
+        let (positions, rough) = (&mut self.positions, &mut self.rough);
+        let done = match &mut open.course {
+            Course::Tables(walk) => {
+                let models = self.tables.get_or_insert_with(TableModels::new);
+                models.code(coder, &pass, walk, targets, positions, rough)
+            }
+            Course::Mixed(progress) => match self.mixed.get_or_insert_with(|| Positions::new(self.effort)) {
+                Positions::Mixed(models) => models.code(coder, &pass, progress, targets, positions, rough),
+                #[cfg(feature = "max")]
+                Positions::Ensemble(models) => models.code(coder, &pass, progress, targets, positions, rough),
+            },
         };
         match (done, &open.lifted) {
             (false, _) => self.open = Some(open),
@@ -214,7 +250,7 @@ impl Levels {
     /// How many vertices lie where they are expected: their positions are still to come.
     pub fn pending(&self) -> u32 {
         let late = self.late.as_ref().map_or(0, |late| late.estimates.len());
-        let open = self.open.as_ref().map_or(0, |open| open.progress.traversal.left());
+        let open = self.open.as_ref().map_or(0, |open| open.course.left());
         (late + open) as u32
     }
 
@@ -290,7 +326,9 @@ impl Levels {
         let coarse = std::mem::replace(&mut self.surface, step.refined.surface);
         let kind = step.kind;
         let order = if kind == StepKind::Adaptive { AxisOrder::NormalLast } else { AxisOrder::NormalFirst };
-        self.begin(first, step.estimates, order, &NEAR);
+        let refined = step.refined.first;
+        let refined = lie_in_faces(kind, &coarse).then_some((&coarse, &refined[..]));
+        self.begin(first, step.estimates, order, &NEAR, refined);
         // Only undoing an update asks for the coarse surface again.
         if let Some(open) = &mut self.open
             && kind != StepKind::Adaptive
@@ -331,8 +369,8 @@ impl Levels {
         let spare = FRACTION_BITS - ESTIMATE_BITS;
         let estimates = estimates.iter().map(|e| e.map(|x| (x as i64) << spare)).collect();
         // How far estimates are off is nothing that coarser levels could tell.
-        self.position = Positions::new(self.effort);
-        self.begin(first, estimates, AxisOrder::NormalLast, &LATE);
+        (self.mixed, self.tables) = (None, None);
+        self.begin(first, estimates, AxisOrder::NormalLast, &LATE, None);
     }
 }
 

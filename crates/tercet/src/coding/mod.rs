@@ -4,6 +4,7 @@
 //! to write; decoding, it ignores that and returns what it reads. In between both run the same
 //! lines on the same integers.
 
+mod around;
 mod axes;
 mod base;
 #[cfg(feature = "max")]
@@ -29,6 +30,7 @@ mod residual;
 mod ring;
 mod scale;
 mod shape;
+mod site;
 mod split;
 mod spread;
 pub(crate) mod supplement;

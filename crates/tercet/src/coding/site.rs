@@ -1,0 +1,126 @@
+//! Where new vertices stand among the old ones: what the fast profile looks at in place of rings.
+//!
+//! A new vertex lies in a coarse face. Its *corners* are those of the face; its *wings* are what lies
+//! beyond the three edges, the new vertex of the face there or, if that is not split, its far corner.
+//!
+//! ```text
+//!      w1 ------- c0 ------- w2
+//!        \       /  \       /
+//!         \     / v  \     /
+//!          \   /      \   /
+//!           c1 ------- c2           (wings of unsplit faces; wₖ faces cₖ)
+//!             \       /
+//!              \     /
+//!               \   /
+//!                w0
+//! ```
+//!
+//! So there are six places to look at whatever the surface is like, all of them known before the first
+//! position of a level is.
+
+use super::vector::{Point, Vector};
+use crate::mesh::{Surface, next};
+use crate::subdivide::StepKind;
+
+/// Where a vertex stands. A corner or wing that is not there is the vertex itself.
+#[derive(Clone, Copy)]
+pub(crate) struct Site {
+    pub corners: [u32; 3],
+    pub wings: [u32; 3],
+    /// Of the surface, below 2¹⁵.
+    pub normal: [i16; 3],
+}
+
+/// Whether a step inserts one vertex in each of the faces that become three.
+pub(crate) fn lie_in_faces(kind: StepKind, coarse: &Surface) -> bool {
+    match kind {
+        StepKind::Adaptive | StepKind::Sqrt3Even => true,
+        StepKind::Sqrt3Odd => coarse.virtuals == 0,
+        StepKind::Butterfly => false,
+    }
+}
+
+/// The sites of the new vertices of the surface `fine` that was refined from `coarse`, one in each split
+/// face in their order; `first` tells, for each coarse face, the first of the fine faces that it became.
+/// `positions` are known, or the rounded estimates of the new vertices. Time O(n).
+pub(crate) fn in_faces(coarse: &Surface, first: &[u32], fine: &Surface, positions: &[Point]) -> Vec<Site> {
+    let start = |f: usize| first.get(f).copied().unwrap_or(fine.faces());
+    // A split face has become three: the rank of a face tells how many split ones are before it.
+    let born = |g: u32| coarse.vertices + (first[g as usize] - g) / 2;
+    let is_split = |f: usize| start(f + 1) - start(f) == 3;
+    let split: Vec<bool> = (0..coarse.faces() as usize).map(is_split).collect();
+    let mut sites = Vec::with_capacity((fine.vertices - coarse.vertices) as usize);
+    for f in (0..coarse.faces()).filter(|&f| split[f as usize]) {
+        let corners = coarse.face(f);
+        let wings = [0, 1, 2].map(|k| {
+            let beyond = coarse.across(3 * f + k);
+            let apex = coarse.at(beyond);
+            if split[(beyond / 3) as usize] { born(beyond / 3) } else { apex }
+        });
+        sites.push(Site::new(corners, wings, coarse.virtuals, positions));
+    }
+    sites
+}
+
+/// Corners of a fan that are looked at.
+const MOST: usize = 12;
+
+/// The sites of the vertices from `first` on by the rings of `surface`: where vertices do not lie in faces.
+/// Corners are the first three neighbours that come before a vertex, `old` ones if there are any, wings
+/// the first others. Time O(n).
+pub(crate) fn in_rings(surface: &Surface, first: u32, positions: &[Point]) -> Vec<Site> {
+    let corner = surface.any_corner_from(first);
+    let has_old = first > surface.virtuals;
+    let site = |(v, &corner): (u32, &u32)| {
+        let (mut corners, mut wings) = ([v; 3], [v; 3]);
+        let (mut old, mut new) = (0, 0);
+        for c in surface.fan(corner).take(MOST) {
+            let a = surface.at(next(c));
+            let list = if a < if has_old { first } else { v } {
+                old += 1;
+                corners.get_mut(old - 1)
+            } else {
+                new += 1;
+                // The wing behind the first two corners faces the third.
+                wings.get_mut(if new > 3 { 3 } else { (new + 1) % 3 })
+            };
+            if let Some(place) = list {
+                *place = a;
+            }
+        }
+        Site::new(corners, wings, surface.virtuals, positions)
+    };
+    (first..).zip(&corner).map(site).collect()
+}
+
+impl Site {
+    #[inline(always)]
+    fn new(corners: [u32; 3], wings: [u32; 3], virtuals: u32, positions: &[Point]) -> Self {
+        let at = |v: u32| if v < virtuals { None } else { positions.get(v as usize) };
+        let normal = match corners.map(at) {
+            [Some(p), Some(q), Some(r)] => {
+                let [a, b, c] = wings.map(|w| at(w).unwrap_or(p));
+                area([*p, *c, *q, *a, *r, *b])
+            }
+            _ => [0; 3],
+        };
+        Site { corners, wings, normal }
+    }
+}
+
+/// The direction of the area of a hexagon, below 2¹⁵.
+#[inline(always)]
+fn area(p: [Point; 6]) -> [i16; 3] {
+    let places: [Vector; 6] = p.map(|x| [0, 1, 2].map(|k| x[k].wrapping_sub(p[0][k]) as i64));
+    let mut area: Vector = [0; 3];
+    for i in 1..5 {
+        let (a, b) = (places[i], places[i + 1]);
+        for (k, area) in area.iter_mut().enumerate() {
+            let (x, y) = ((k + 1) % 3, (k + 2) % 3);
+            *area = area.wrapping_add((a[x] * b[y]).wrapping_sub(a[y] * b[x]));
+        }
+    }
+    let all = area.iter().fold(0, |all, x| all | x.unsigned_abs());
+    let spare = 50u32.saturating_sub(all.leading_zeros());
+    area.map(|x| (x >> spare) as i16)
+}
