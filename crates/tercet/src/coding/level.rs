@@ -2,6 +2,7 @@
 
 use super::axes::AxisOrder;
 use super::base::code_base;
+use super::counted::CountedModels;
 #[cfg(feature = "max")]
 use super::ensemble::EnsembleModels;
 use super::flip::FlipModels;
@@ -12,6 +13,7 @@ use super::predict::estimate;
 use super::relax::{ESTIMATE_BITS, precise, relax, rounded};
 use super::ring::{LATE, NEAR, Shares};
 use super::shape::Shapes;
+use super::sketch::Sketch;
 use super::split::SplitModels;
 use super::site::{in_faces, in_rings, lie_in_faces};
 use super::tabled::{TableModels, Walk};
@@ -20,7 +22,7 @@ use super::vector::{COORDINATE_LIMIT, Point, Vector};
 use crate::entropy::Coder;
 use crate::mesh::{NONE, Surface};
 use crate::subdivide::{
-    FRACTION_BITS, Refined, StepKind, Update, applies, predict_regular, refine, refine_regular, round,
+    FRACTION_BITS, Refined, StepKind, Update, applies, flipped, predict_regular, refine, refine_regular, round,
     unlift_positions,
 };
 use crate::{Effort, Error, Limits, Result};
@@ -30,6 +32,8 @@ use std::borrow::Cow;
 pub(crate) struct Levels {
     split: SplitModels,
     flip: FlipModels,
+    /// Both kinds of bits in the fast profile.
+    counted: Option<CountedModels>,
     /// Positions of irregular levels, unless they are coded by tables.
     mixed: Option<Positions>,
     tables: Option<TableModels>,
@@ -125,6 +129,7 @@ impl Levels {
         Levels {
             split: SplitModels::new(effort),
             flip: FlipModels::new(effort),
+            counted: None,
             mixed: None,
             tables: None,
             effort,
@@ -302,15 +307,25 @@ impl Levels {
             return Ok(Step { kind, refined, estimates });
         }
         split.resize(surface.faces() as usize, false);
+        if self.effort == Effort::Fast {
+            let sketch = Sketch::new(surface, &self.positions);
+            let models = self.counted.get_or_insert_with(CountedModels::new);
+            models.split(coder, surface, &sketch, &mut split);
+            announced(split.iter().filter(|&&s| s).count() as u64)?;
+            let normal = |v: u32| sketch.vertex[v as usize].normal;
+            let estimates = estimate(surface, &self.positions, normal, &split);
+            let flips = models.flip(coder, surface, &sketch, &split, &flip);
+            return Ok(Step { kind, refined: refine(surface, &split, &flips), estimates });
+        }
         flip.resize(surface.vertex.len(), false);
         let shapes = Shapes::new(surface, &self.positions);
         self.split.code(coder, surface, &shapes, &self.positions, &mut split);
         announced(split.iter().filter(|&&s| s).count() as u64)?;
-        let estimates = estimate(surface, &self.positions, &shapes, &split);
+        let estimates = estimate(surface, &self.positions, |v| shapes.vertex[v as usize].normal, &split);
         self.positions.extend(estimates.iter().map(|&e| round(e)));
         self.flip.code(coder, surface, &shapes, &self.positions, &split, &mut flip);
         self.positions.truncate(surface.vertices as usize);
-        Ok(Step { kind, refined: refine(surface, &split, &flip), estimates })
+        Ok(Step { kind, refined: refine(surface, &split, &flipped(surface, &flip)), estimates })
     }
 
     /// The real vertices of the surface that `step` leads to, as they would lie without details: the

@@ -13,6 +13,7 @@ mod beyond;
 mod births;
 #[cfg(feature = "max")]
 mod ensemble;
+mod counted;
 mod flip;
 mod histogram;
 mod level;
@@ -31,6 +32,7 @@ mod ring;
 mod scale;
 mod shape;
 mod site;
+mod sketch;
 mod split;
 mod spread;
 pub(crate) mod supplement;

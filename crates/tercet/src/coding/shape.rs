@@ -87,7 +87,7 @@ impl Inverse {
 
 /// a / |a| in 1/2¹⁴, to one part in 128; zero stays zero.
 #[inline(always)]
-fn direction(a: Vector) -> [i16; 3] {
+pub(super) fn direction(a: Vector) -> [i16; 3] {
     let (inverse, _) = Inverse::of_length(a);
     a.map(|x| inverse.times(x, 14) as i16)
 }
@@ -136,7 +136,7 @@ impl Shapes {
 
 impl FaceShape {
     #[inline(always)]
-    fn new(p: [Point; 3]) -> (Self, Vector) {
+    pub fn new(p: [Point; 3]) -> (Self, Vector) {
         let normal = cross(sub(p[1], p[0]), sub(p[2], p[0]));
         let (inverse, area) = Inverse::of_length(normal);
         (FaceShape { area: area as i16, inverse }, normal)

@@ -123,7 +123,7 @@ pub(crate) fn irregular() -> Surface {
         let split: Vec<bool> = (0..s.faces()).map(|_| random.below(3) == 0).collect();
         let lone = |c: u32| split[(c / 3) as usize] && split[(s.across(c) / 3) as usize];
         let flip: Vec<bool> = (0..s.vertex.len() as u32).map(lone).collect();
-        s = refine(&s, &split, &flip).surface;
+        s = refine(&s, &split, &flipped(&s, &flip)).surface;
     }
     s.validate().unwrap();
     s
