@@ -61,33 +61,30 @@ impl Around {
         let [mut neighbours, mut parallelograms] = [Points::EMPTY; 2];
         let (mut count, mut distance, mut tangential, mut normal) = (0, 0, 0, 0);
         let (mut error, mut new) = ([0; 3], 0);
-        let mut places = [[0; 3]; 3];
-        let mut masks = [0; 3];
         for (k, &a) in site.corners.iter().enumerate() {
             let mask = mask(a);
-            count -= mask;
             let place = offset(positions[a as usize], origin);
             distance += place.iter().map(|x| (x.unsigned_abs() & mask as u32) as u64).sum::<u64>();
             tangential += rough[a as usize].tangential & mask as u32;
             normal += rough[a as usize].normal & mask as u32;
+            count -= mask;
             neighbours.set(k, place, mask);
-            (places[k], masks[k]) = (place, mask);
         }
         if count == 0 {
             return None;
         }
-        let edge = (distance << FRACTION_BITS) * RECIPROCAL[count as usize & 7] >> 16;
+        // |x| + |y| + |z| is some 3/2 of the length.
+        let edge = ((distance << FRACTION_BITS) * RECIPROCAL[count as usize & 7]) >> 16;
         for (k, &a) in site.wings.iter().enumerate() {
             let mask = mask(a);
             let place = offset(positions[a as usize], origin);
-            neighbours.set(3 + k, place, mask);
-            let (i, j) = ((k + 1) % 3, (k + 2) % 3);
-            let [p, q] = [places[i], places[j]];
-            let parallelogram = [0, 1, 2].map(|x| p[x].wrapping_add(q[x]).wrapping_sub(place[x]));
-            parallelograms.set(k, parallelogram, mask & masks[i] & masks[j]);
             tangential += rough[a as usize].tangential & mask as u32;
             normal += rough[a as usize].normal & mask as u32;
             count -= mask;
+            neighbours.set(3 + k, place, mask);
+            let (p, q) = (neighbours.get((k + 1) % 3), neighbours.get((k + 2) % 3));
+            let opposite = [0, 1, 2].map(|i| p.0[i].wrapping_add(q.0[i]).wrapping_sub(place[i]));
+            parallelograms.set(k, opposite, mask & p.1 & q.1);
             if estimate.is_some() {
                 // Its own error is 0 as yet.
                 let is_new = a.wrapping_sub(first) < v - first;
@@ -99,7 +96,7 @@ impl Around {
         let mean = |x: u32| ((x as u64 * RECIPROCAL[count as usize & 7]) >> 16) as u32;
         let expected = match estimate {
             Some(e) => [0, 1, 2].map(|i| e[i] + ((error[i] * SHARE[new & 3]) >> 8)),
-            None => middle(&places, &masks, origin),
+            None => neighbours.middle(origin),
         };
         Some(Around {
             expected,
@@ -107,7 +104,6 @@ impl Around {
             normal: site.normal.map(i64::from),
             at_boundary: site.corners.iter().any(|&a| a < virtuals),
             place: new * SIZES + bin(edge + 1, 2, -7, SIZES),
-            // |x| + |y| + |z| is some 3/2 of the length.
             edge,
             rough: Roughness { tangential: mean(tangential), normal: mean(normal) },
             neighbours,
@@ -122,19 +118,11 @@ fn offset(p: Point, origin: Point) -> Point {
     [0, 1, 2].map(|i| p[i].wrapping_sub(origin[i]))
 }
 
-/// The mean of the points that lie at the `places` from `origin` that are known, in 1/256.
-#[cold]
-fn middle(places: &[Point; 3], masks: &[i32; 3], origin: Point) -> Vector {
-    let count = -masks.iter().sum::<i32>() as i64;
-    [0, 1, 2].map(|i| {
-        let sum: i64 = places.iter().zip(masks).map(|(p, mask)| (p[i] & mask) as i64).sum();
-        ((origin[i] as i64) << FRACTION_BITS) + (sum << FRACTION_BITS) / count.max(1)
-    })
-}
-
 /// Points relative to the rounded estimate of a vertex, axis by axis.
 pub(super) struct Points {
     offsets: [[i32; 8]; 3],
+    /// All ones where there is a point.
+    masks: [i16; 8],
 }
 
 impl Points {
@@ -143,14 +131,21 @@ impl Points {
     /// … and below this, which a point that is not there has.
     const NONE: i16 = 1 << 14;
 
-    const EMPTY: Points = Points { offsets: [[i32::MAX; 8]; 3] };
+    const EMPTY: Points = Points { offsets: [[0; 8]; 3], masks: [0; 8] };
 
-    /// Sets the `k`th point if `mask` is all ones; it is 0 if the point is not there.
+    /// Sets the `k`th point, which is there if `mask` is all ones.
     #[inline(always)]
     fn set(&mut self, k: usize, point: Point, mask: i32) {
         for (offsets, x) in self.offsets.iter_mut().zip(point) {
-            offsets[k] = (x & mask) | (!mask & i32::MAX);
+            offsets[k] = x;
         }
+        self.masks[k] = mask as i16;
+    }
+
+    /// The `k`th point and its mask.
+    #[inline(always)]
+    fn get(&self, k: usize) -> (Point, i32) {
+        ([0, 1, 2].map(|axis| self.offsets[axis][k]), self.masks[k] as i32)
     }
 
     /// How far each point is from `middle` on an axis, in 16 bits: points that are not there, and
@@ -158,9 +153,21 @@ impl Points {
     #[inline(always)]
     pub fn from(&self, axis: usize, middle: i64) -> i16x8 {
         let far = Self::FAR as i64;
-        i16x8::from_i32x8_saturate(i32x8::new(self.offsets[axis]))
+        let held = i16x8::from_i32x8_saturate(i32x8::new(self.offsets[axis]))
             .max(i16x8::splat(-Self::FAR))
-            .min(i16x8::splat(Self::NONE))
-            - i16x8::splat(middle.clamp(-far, far) as i16)
+            .min(i16x8::splat(Self::NONE));
+        let masks = i16x8::new(self.masks);
+        let held = (held & masks) | (!masks & i16x8::splat(Self::NONE));
+        held - i16x8::splat(middle.clamp(-far, far) as i16)
+    }
+
+    /// The mean of the points, which are relative to `origin`, in 1/256. There is one at least.
+    #[cold]
+    fn middle(&self, origin: Point) -> Vector {
+        let count = -self.masks.iter().map(|&mask| mask as i64).sum::<i64>();
+        [0, 1, 2].map(|axis| {
+            let there = self.offsets[axis].iter().zip(self.masks).map(|(x, mask)| (x & mask as i32) as i64);
+            ((origin[axis] as i64) << FRACTION_BITS) + (there.sum::<i64>() << FRACTION_BITS) / count
+        })
     }
 }

@@ -99,8 +99,7 @@ impl Site {
         let at = |v: u32| if v < virtuals { None } else { positions.get(v as usize) };
         let normal = match corners.map(at) {
             [Some(p), Some(q), Some(r)] => {
-                let [a, b, c] = wings.map(|w| at(w).unwrap_or(p));
-                area([*p, *c, *q, *a, *r, *b])
+                direction([p, q, r], wings.map(|w| at(w).unwrap_or(p)))
             }
             _ => [0; 3],
         };
@@ -108,18 +107,17 @@ impl Site {
     }
 }
 
-/// The direction of the area of a hexagon, below 2¹⁵.
+/// The direction of the area of the hexagon *p*, *c*, *q*, *a*, *r*, *b*, below 2¹⁵: seen from *p* that is
+/// *q* × (*a* − *c*) + *r* × (*b* − *a*).
 #[inline(always)]
-fn area(p: [Point; 6]) -> [i16; 3] {
-    let places: [Vector; 6] = p.map(|x| [0, 1, 2].map(|k| x[k].wrapping_sub(p[0][k]) as i64));
-    let mut area: Vector = [0; 3];
-    for i in 1..5 {
-        let (a, b) = (places[i], places[i + 1]);
-        for (k, area) in area.iter_mut().enumerate() {
-            let (x, y) = ((k + 1) % 3, (k + 2) % 3);
-            *area = area.wrapping_add((a[x] * b[y]).wrapping_sub(a[y] * b[x]));
-        }
-    }
+fn direction([p, q, r]: [&Point; 3], [a, b, c]: [&Point; 3]) -> [i16; 3] {
+    let sub = |x: &Point, y: &Point| -> Vector { [0, 1, 2].map(|k| x[k].wrapping_sub(y[k]) as i64) };
+    let (q, r, beside_q, beside_r) = (sub(q, p), sub(r, p), sub(a, c), sub(b, a));
+    let area: Vector = [0, 1, 2].map(|k| {
+        let (x, y) = ((k + 1) % 3, (k + 2) % 3);
+        let cross = |a: Vector, b: Vector| (a[x] * b[y]).wrapping_sub(a[y] * b[x]);
+        cross(q, beside_q).wrapping_add(cross(r, beside_r))
+    });
     let all = area.iter().fold(0, |all, x| all | x.unsigned_abs());
     let spare = 50u32.saturating_sub(all.leading_zeros());
     area.map(|x| (x >> spare) as i16)
