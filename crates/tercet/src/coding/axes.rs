@@ -50,6 +50,7 @@ pub(super) fn is_across(step: usize, order: AxisOrder) -> bool {
 
 /// Moves the expectations of the later axes by what the coded one was off, so that the point
 /// stays in the tangent plane (normal last) or on the normal line (normal first).
+#[inline(always)]
 pub(super) fn shift<const E: usize>(
     centres: &mut [Vector; E],
     off: [i64; E],
@@ -58,7 +59,12 @@ pub(super) fn shift<const E: usize>(
     step: usize,
     order: AxisOrder,
 ) {
-    let ratio = |a: usize, b: usize| if normal[b] == 0 { 0 } else { (normal[a] << 14) / normal[b] };
+    let ratio = |a: usize, b: usize| match (i32::try_from(normal[a] << 14), i32::try_from(normal[b])) {
+        (_, Ok(0)) => 0,
+        // A short division takes half the time of a long one.
+        (Ok(a), Ok(b)) => a.wrapping_div(b).into(),
+        _ => (normal[a] << 14) / normal[b],
+    };
     match (order, step) {
         (AxisOrder::NormalLast, 0 | 1) => {
             let slope = ratio(axes[step], axes[2]);

@@ -19,7 +19,7 @@
 //! position of a level is.
 
 use super::vector::{Point, Vector};
-use crate::mesh::{Surface, next};
+use crate::mesh::{NONE, Surface, next};
 use crate::subdivide::StepKind;
 
 /// Where a vertex stands. A corner or wing that is not there is the vertex itself.
@@ -44,20 +44,21 @@ pub(crate) fn lie_in_faces(kind: StepKind, coarse: &Surface) -> bool {
 /// face in their order; `first` tells, for each coarse face, the first of the fine faces that it became.
 /// `positions` are known, or the rounded estimates of the new vertices. Time O(n).
 pub(crate) fn in_faces(coarse: &Surface, first: &[u32], fine: &Surface, positions: &[Point]) -> Vec<Site> {
-    let start = |f: usize| first.get(f).copied().unwrap_or(fine.faces());
     // A split face has become three: the rank of a face tells how many split ones are before it.
-    let born = |g: u32| coarse.vertices + (first[g as usize] - g) / 2;
-    let is_split = |f: usize| start(f + 1) - start(f) == 3;
-    let split: Vec<bool> = (0..coarse.faces() as usize).map(is_split).collect();
+    let ends = first.iter().skip(1).copied().chain([fine.faces()]);
+    let born: Vec<u32> = (0..)
+        .zip(first.iter().zip(ends))
+        .map(|(f, (&start, end))| if end - start == 3 { coarse.vertices + (start - f) / 2 } else { NONE })
+        .collect();
     let mut sites = Vec::with_capacity((fine.vertices - coarse.vertices) as usize);
-    for f in (0..coarse.faces()).filter(|&f| split[f as usize]) {
-        let corners = coarse.face(f);
-        let wings = [0, 1, 2].map(|k| {
-            let beyond = coarse.across(3 * f + k);
+    let faces = coarse.vertex.chunks_exact(3).zip(coarse.opposite.chunks_exact(3));
+    for ((t, o), _) in faces.zip(&born).filter(|&(_, &born)| born != NONE) {
+        let wings = [o[0], o[1], o[2]].map(|beyond| {
             let apex = coarse.at(beyond);
-            if split[(beyond / 3) as usize] { born(beyond / 3) } else { apex }
+            let born = born[(beyond / 3) as usize];
+            if born == NONE { apex } else { born }
         });
-        sites.push(Site::new(corners, wings, coarse.virtuals, positions));
+        sites.push(Site::new([t[0], t[1], t[2]], wings, coarse.virtuals, positions));
     }
     sites
 }

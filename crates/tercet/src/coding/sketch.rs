@@ -8,7 +8,7 @@ use super::vector::{Point, Vector, dot, sub};
 use crate::mesh::Surface;
 
 /// Ratios of squares to areas, in 1/256, are held below this.
-const MOST_RATIO: i32 = 1 << 14;
+const MOST_RATIO: i16 = 1 << 14;
 
 /// The faces and vertices of a level.
 pub(crate) struct Sketch {
@@ -47,7 +47,7 @@ impl Sketch {
             let t = [t[0], t[1], t[2]];
             if t.iter().any(|&v| surface.is_virtual(v)) {
                 area.push(VIRTUAL);
-                ratio.push(t.map(|v| if surface.is_virtual(v) { MOST_RATIO as i16 } else { 0 }));
+                ratio.push(t.map(|v| if surface.is_virtual(v) { MOST_RATIO } else { 0 }));
                 continue;
             }
             let p = t.map(|v| positions[v as usize]);
@@ -60,10 +60,8 @@ impl Sketch {
                 sum.count += 1;
             }
             area.push(shape.area);
-            ratio.push([0, 1, 2].map(|k| {
-                let edge = sub(p[(k + 1) % 3], p[(k + 2) % 3]);
-                (shape.inverse.ratio(dot(edge, edge) >> 1, false)).min(MOST_RATIO) as i16
-            }));
+            let edges = [0, 1, 2].map(|k| sub(p[(k + 1) % 3], p[(k + 2) % 3]));
+            ratio.push(shape.inverse.halves(edges.map(|edge| dot(edge, edge)), MOST_RATIO));
         }
         Sketch { area, ratio, vertex: sums.into_iter().map(Sum::sketch).collect() }
     }
