@@ -43,21 +43,22 @@ pub(super) struct Known<'a> {
     /// They are those from `virtuals` to the next one, which is `v`.
     pub virtuals: u32,
     pub v: u32,
-    /// From here on they belong to this pass and have errors.
+    /// From here on they belong to this pass and had estimates, if it has any.
     pub first: u32,
     pub positions: &'a [Point],
     pub rough: &'a [Roughness],
-    pub errors: &'a [[i32; 3]],
+    pub estimates: &'a [Vector],
 }
 
 impl Around {
-    /// Of the vertex at `site`, which has an estimate or not; nothing if no neighbour is known.
+    /// Of the vertex at `site`; nothing if no neighbour is known.
     #[inline(always)]
-    pub fn new(site: &Site, estimate: Option<&Vector>, known: &Known) -> Option<Self> {
-        let &Known { virtuals, v, first, positions, rough, errors } = known;
+    pub fn new(site: &Site, known: &Known) -> Option<Self> {
+        let &Known { virtuals, v, first, positions, rough, estimates } = known;
         // One comparison: virtual vertices are the largest numbers here.
         let mask = |x: u32| -((x.wrapping_sub(virtuals) < v - virtuals) as i32);
         let origin = positions[v as usize];
+        let estimate = estimates.get((v - first) as usize);
         let [mut neighbours, mut parallelograms] = [Points::EMPTY; 2];
         let (mut count, mut distance, mut tangential, mut normal) = (0, 0, 0, 0);
         let (mut error, mut new) = ([0; 3], 0);
@@ -86,10 +87,11 @@ impl Around {
             let opposite = [0, 1, 2].map(|i| p.0[i].wrapping_add(q.0[i]).wrapping_sub(place[i]));
             parallelograms.set(k, opposite, mask & p.1 & q.1);
             if estimate.is_some() {
-                // Its own error is 0 as yet.
                 let is_new = a.wrapping_sub(first) < v - first;
-                let from = errors[(if is_new { a } else { v } - first) as usize];
-                error = [0, 1, 2].map(|i| error[i] + from[i] as i64);
+                let from = &estimates[(if is_new { a } else { v } - first) as usize];
+                let mask = -(is_new as i64);
+                let at = positions[a as usize].map(|x| (x as i64) << FRACTION_BITS);
+                error = [0, 1, 2].map(|i| error[i] + ((at[i] - from[i]) & mask));
                 new += is_new as usize;
             }
         }

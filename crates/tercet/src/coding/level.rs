@@ -13,16 +13,15 @@ use super::predict::estimate;
 use super::relax::{ESTIMATE_BITS, precise, relax, rounded};
 use super::ring::{LATE, NEAR, Shares};
 use super::shape::Shapes;
-use super::sketch::Sketch;
 use super::split::SplitModels;
-use super::site::{in_faces, in_rings, lie_in_faces};
+use super::site::{Site, in_faces, in_rings, lie_in_faces};
 use super::tabled::{TableModels, Walk};
 use super::traversal::Traversal;
 use super::vector::{COORDINATE_LIMIT, Point, Vector};
 use crate::entropy::Coder;
 use crate::mesh::{NONE, Surface};
 use crate::subdivide::{
-    FRACTION_BITS, Refined, StepKind, Update, applies, flipped, predict_regular, refine, refine_regular, round,
+    FRACTION_BITS, Refined, Refiner, StepKind, Update, applies, flipped, predict_regular, refine_regular, round,
     unlift_positions,
 };
 use crate::{Effort, Error, Limits, Result};
@@ -37,6 +36,9 @@ pub(crate) struct Levels {
     /// Positions of irregular levels, unless they are coded by tables.
     mixed: Option<Positions>,
     tables: Option<TableModels>,
+    /// Memory that the next level uses again.
+    sites: Vec<Site>,
+    refiner: Refiner,
     effort: Effort,
     /// The finest surface so far.
     pub surface: Surface,
@@ -132,6 +134,8 @@ impl Levels {
             counted: None,
             mixed: None,
             tables: None,
+            sites: Vec::new(),
+            refiner: Refiner::default(),
             effort,
             surface: Surface::default(),
             positions: Vec::new(),
@@ -198,12 +202,15 @@ impl Levels {
         self.positions.extend(estimates.iter().map(|&e| round(e)));
         self.positions.resize(surface.vertices as usize, [0; 3]);
         self.rough.resize(surface.vertices as usize, Roughness::START);
-        let course = if self.effort == Effort::Fast {
-            let sites = match refined {
-                Some((coarse, firsts)) => in_faces(coarse, firsts, surface, &self.positions),
-                None => in_rings(surface, first, &self.positions),
-            };
-            Course::Tables(Walk::new(sites, estimates.len()))
+        // Where details are normal ones mixing saves too little for its time.
+        let regular = order == AxisOrder::NormalFirst;
+        let course = if self.effort == Effort::Fast || regular && !self.effort.is_max() {
+            let mut sites = std::mem::take(&mut self.sites);
+            match refined {
+                Some((coarse, firsts)) => in_faces(&mut sites, coarse, firsts, surface, &self.positions),
+                None => in_rings(&mut sites, surface, first, &self.positions),
+            }
+            Course::Tables(Walk::new(sites))
         } else {
             let traversal = match order {
                 AxisOrder::NormalLast => Traversal::by_support(surface, first),
@@ -244,12 +251,17 @@ impl Levels {
                 Positions::Ensemble(models) => models.code(coder, &pass, progress, targets, positions, rough),
             },
         };
-        match (done, &open.lifted) {
-            (false, _) => self.open = Some(open),
-            (true, Some(lifted)) => lifted.undo(&mut self.positions),
-            (true, None) => {}
+        if !done {
+            self.open = Some(open);
+            return false;
         }
-        done
+        if let Some(lifted) = &open.lifted {
+            lifted.undo(&mut self.positions);
+        }
+        if let Course::Tables(walk) = open.course {
+            self.sites = walk.into_sites();
+        }
+        true
     }
 
     /// How many vertices lie where they are expected: their positions are still to come.
@@ -308,14 +320,12 @@ impl Levels {
         }
         split.resize(surface.faces() as usize, false);
         if self.effort == Effort::Fast {
-            let sketch = Sketch::new(surface, &self.positions);
             let models = self.counted.get_or_insert_with(CountedModels::new);
-            models.split(coder, surface, &sketch, &mut split);
+            models.split(coder, surface, &self.positions, &mut split);
             announced(split.iter().filter(|&&s| s).count() as u64)?;
-            let normal = |v: u32| sketch.vertex[v as usize].normal;
-            let estimates = estimate(surface, &self.positions, normal, &split);
-            let flips = models.flip(coder, surface, &sketch, &split, &flip);
-            return Ok(Step { kind, refined: refine(surface, &split, &flips), estimates });
+            let estimates = estimate(surface, &self.positions, |v| models.normal(v), &split);
+            let flips = models.flip(coder, surface, &split, &flip);
+            return Ok(Step { kind, refined: self.refiner.refine(surface, &split, flips), estimates });
         }
         flip.resize(surface.vertex.len(), false);
         let shapes = Shapes::new(surface, &self.positions);
@@ -325,7 +335,7 @@ impl Levels {
         self.positions.extend(estimates.iter().map(|&e| round(e)));
         self.flip.code(coder, surface, &shapes, &self.positions, &split, &mut flip);
         self.positions.truncate(surface.vertices as usize);
-        Ok(Step { kind, refined: refine(surface, &split, &flipped(surface, &flip)), estimates })
+        Ok(Step { kind, refined: self.refiner.refine(surface, &split, &flipped(surface, &flip)), estimates })
     }
 
     /// The real vertices of the surface that `step` leads to, as they would lie without details: the
@@ -341,15 +351,15 @@ impl Levels {
         let coarse = std::mem::replace(&mut self.surface, step.refined.surface);
         let kind = step.kind;
         let order = if kind == StepKind::Adaptive { AxisOrder::NormalLast } else { AxisOrder::NormalFirst };
-        let refined = step.refined.first;
-        let refined = lie_in_faces(kind, &coarse).then_some((&coarse, &refined[..]));
+        let heirs = step.refined.first;
+        let refined = lie_in_faces(kind, &coarse).then_some((&coarse, &heirs[..]));
         self.begin(first, step.estimates, order, &NEAR, refined);
-        // Only undoing an update asks for the coarse surface again.
-        if let Some(open) = &mut self.open
-            && kind != StepKind::Adaptive
-            && rule != Update::None
-        {
-            open.lifted = Some(Lifted { coarse, kind, rule });
+        match &mut self.open {
+            // Only undoing an update asks for the coarse surface again.
+            Some(open) if kind != StepKind::Adaptive && rule != Update::None => {
+                open.lifted = Some(Lifted { coarse, kind, rule });
+            }
+            _ => self.refiner.recycle(Refined { surface: coarse, first: heirs }),
         }
     }
 

@@ -13,6 +13,7 @@ use super::scale::{Scale, ScaleCell, bin};
 use super::site::Site;
 use super::vector::{COORDINATE_LIMIT, Point};
 use crate::entropy::{Coder, Counter, Frequencies, SYMBOLS, log2_fixed, squash};
+use crate::mesh::Surface;
 use crate::subdivide::FRACTION_BITS;
 use wide::i16x8;
 
@@ -40,14 +41,17 @@ pub(crate) struct Walk {
     sites: Vec<Site>,
     /// Vertices coded so far.
     cursor: usize,
-    /// By how much their estimates were off, in 1/256; an entry for each vertex that has one.
-    errors: Vec<[i32; 3]>,
 }
 
 impl Walk {
-    /// Of a pass over the vertices at `sites`, so many of which have estimates, that has not begun.
-    pub fn new(sites: Vec<Site>, estimates: usize) -> Self {
-        Walk { sites, cursor: 0, errors: vec![[0; 3]; estimates] }
+    /// Of a pass over the vertices at `sites` that has not begun.
+    pub fn new(sites: Vec<Site>) -> Self {
+        Walk { sites, cursor: 0 }
+    }
+
+    /// The memory of a pass that has ended.
+    pub fn into_sites(self) -> Vec<Site> {
+        self.sites
     }
 
     /// How many vertices are still to be visited.
@@ -106,7 +110,8 @@ fn initial(bin: usize) -> Frequencies {
 #[inline(always)]
 fn unfold(symbol: usize) -> i64 {
     let half = symbol.div_ceil(2) as i64;
-    if symbol % 2 == 1 { half } else { -half }
+    let sign = (symbol & 1) as i64 - 1;
+    (half ^ sign) - sign
 }
 
 /// The inverse of [`unfold`].
@@ -167,7 +172,7 @@ impl TableModels {
         positions: &mut [Point],
         rough: &mut [Roughness],
     ) -> bool {
-        let Walk { sites, cursor, errors } = walk;
+        let Walk { sites, cursor } = walk;
         while let Some(site) = sites.get(*cursor) {
             if coder.exhausted() {
                 // The caller refuses the level; what follows would only take time.
@@ -179,9 +184,9 @@ impl TableModels {
             let i = *cursor;
             let v = pass.first + i as u32;
             let target = targets.get(i).copied().unwrap_or_default();
-            let estimate = pass.estimates.get(i);
-            let known = Known { virtuals: pass.surface.virtuals, v, first: pass.first, positions, rough, errors };
-            let point = match Around::new(site, estimate, &known) {
+            let Pass { surface: Surface { virtuals, .. }, first, estimates, .. } = *pass;
+            let known = Known { virtuals: *virtuals, v, first, positions, rough, estimates };
+            let point = match Around::new(site, &known) {
                 None => plain(coder, pass, target),
                 Some(around) => {
                     let (point, off) = self.vertex(coder, &around, pass.order, target);
@@ -191,9 +196,6 @@ impl TableModels {
                 }
             };
             positions[v as usize] = point;
-            if let Some(estimate) = estimate {
-                errors[i] = [0, 1, 2].map(|k| (((point[k] as i64) << FRACTION_BITS) - estimate[k]) as i32);
-            }
             *cursor += 1;
         }
         true
