@@ -6,7 +6,6 @@
 
 use super::shape::VIRTUAL;
 use super::sketch::Sketch;
-use super::vector::Point;
 use crate::entropy::{Coder, Counter};
 use crate::mesh::{Surface, next, prev};
 
@@ -14,9 +13,6 @@ use crate::mesh::{Surface, next, prev};
 pub(crate) struct CountedModels {
     split: Vec<Counter>,
     flip: Vec<Counter>,
-    /// What the surface looks like whose bits are coded, and what is decided about it.
-    sketch: Sketch,
-    state: State,
 }
 
 /// Outcomes that a counter remembers.
@@ -32,17 +28,7 @@ const PRIOR: i32 = 27;
 
 impl CountedModels {
     pub fn new() -> Self {
-        CountedModels {
-            split: vec![Counter::NEW; SPLITS],
-            flip: vec![Counter::NEW; FLIPS],
-            sketch: Sketch::default(),
-            state: State::default(),
-        }
-    }
-
-    /// The unit normal of a vertex of the surface whose bits are coded, in 1/2¹⁴.
-    pub fn normal(&self, v: u32) -> [i16; 3] {
-        self.sketch.vertex[v as usize].normal
+        CountedModels { split: vec![Counter::NEW; SPLITS], flip: vec![Counter::NEW; FLIPS] }
     }
 
     /// Codes `split`, one entry a face of `surface`; time O(n).
@@ -50,16 +36,13 @@ impl CountedModels {
         &mut self,
         coder: &mut C,
         surface: &Surface,
-        positions: &[Point],
+        sketch: &Sketch,
         split: &mut [bool],
     ) {
-        self.sketch.renew(surface, positions);
-        let sketch = &self.sketch;
-        let State { decided, counts, .. } = &mut self.state;
-        decided.clear();
-        decided.resize(split.len(), 0);
-        counts.clear();
-        counts.resize(surface.vertices as usize, 0);
+        // Of each face 0 until it is decided, then 4 if it is split and 1 if not.
+        let mut decided = vec![0u8; split.len()];
+        // Of each vertex how many faces at it are split so far and, in the upper half, how many are not.
+        let mut counts = vec![0u64; surface.vertices as usize];
         let mut threshold = Threshold::default();
         let faces = surface.vertex.chunks_exact(3).zip(surface.opposite.chunks_exact(3));
         for (((f, (t, o)), &area), bit) in faces.enumerate().zip(&sketch.area).zip(split) {
@@ -87,34 +70,33 @@ impl CountedModels {
         }
     }
 
-    /// Codes `flip`, one entry a corner, equal on both sides of an edge, after the split bits of the same
-    /// surface. Returns the corners before their opposites whose edges are flipped. Time O(n).
+    /// Codes `flip`, one entry a corner, equal on both sides of an edge, and returns the corners before their
+    /// opposites whose edges are flipped; time O(n).
     pub fn flip<C: Coder>(
         &mut self,
         coder: &mut C,
         surface: &Surface,
+        sketch: &Sketch,
         split: &[bool],
         flip: &[bool],
-    ) -> &[u32] {
-        let state = &mut self.state;
-        state.expect(surface, &self.sketch, split);
-        state.flipped.clear();
-        for i in 0..state.candidates.len() {
-            let c = state.candidates[i];
+    ) -> Vec<u32> {
+        let (candidates, mut state) = State::new(surface, sketch, split);
+        let mut flipped = Vec::with_capacity(candidates.len());
+        for c in candidates {
             let o = surface.across(c);
             let turned = [c, o].map(|c| state.turned[(c / 3) as usize]);
             let bit = !turned.iter().any(|&turned| is_blocked(turned)) && {
-                let counter = &mut self.flip[state.context(surface, &self.sketch, [c, o], turned)];
+                let counter = &mut self.flip[state.context(sketch, [c, o], turned)];
                 let bit = coder.bit(flip.get(c as usize).is_some_and(|&flip| flip), counter.p());
                 counter.learn(bit, MEMORY);
                 bit
             };
             if bit {
-                state.flipped.push(c);
+                flipped.push(c);
             }
-            state.decide(surface, [c, o], turned, bit);
+            state.decide([c, o], turned, bit);
         }
-        &state.flipped
+        flipped
     }
 }
 
@@ -173,35 +155,24 @@ fn is_blocked(turned: Turned) -> bool {
     turned & SPLIT == 0 && flips(turned) > 0
 }
 
-/// What bits depend on. The memory is used again for each surface.
-#[derive(Default)]
-struct State {
-    /// Of each face 0 until it is decided, then 4 if it is split and 1 if not.
-    decided: Vec<u8>,
-    /// Of each vertex how many faces at it are split so far and, in the upper half, how many are not.
-    counts: Vec<u64>,
-    /// Edges beside a split face, by their first corners, and those that are flipped.
-    candidates: Vec<u32>,
-    flipped: Vec<u32>,
+/// What flip bits depend on.
+struct State<'a> {
+    surface: &'a Surface,
     turned: Vec<Turned>,
     /// The valence to expect of each vertex.
     expected: Vec<i32>,
 }
 
-impl State {
-    /// Before the first flip bit.
-    fn expect(&mut self, surface: &Surface, sketch: &Sketch, split: &[bool]) {
-        let State { candidates, turned, expected, .. } = self;
-        turned.clear();
-        turned.extend(
-            split
-                .iter()
-                .zip(&sketch.area)
-                .map(|(&split, &area)| SPLIT * split as u8 + HIDDEN * (area == VIRTUAL) as u8),
-        );
-        expected.clear();
-        expected.resize(surface.vertices as usize, 0);
-        candidates.resize(surface.vertex.len() / 2 + 1, 0);
+impl<'a> State<'a> {
+    /// Before the first bit; also the edges beside a split face, by their first corners.
+    fn new(surface: &'a Surface, sketch: &Sketch, split: &[bool]) -> (Vec<u32>, Self) {
+        let turned: Vec<Turned> = split
+            .iter()
+            .zip(&sketch.area)
+            .map(|(&split, &area)| SPLIT * split as u8 + HIDDEN * (area == VIRTUAL) as u8)
+            .collect();
+        let mut expected = vec![0i32; surface.vertices as usize];
+        let mut candidates = vec![0; surface.vertex.len() / 2 + 1];
         let mut count = 0;
         let faces = surface.vertex.chunks_exact(3).zip(surface.opposite.chunks_exact(3));
         for (f, (t, o)) in faces.enumerate() {
@@ -219,29 +190,30 @@ impl State {
             }
         }
         candidates.truncate(count);
+        (candidates, State { surface, turned, expected })
     }
 
     #[inline(always)]
-    fn expected(&self, surface: &Surface, c: u32) -> i32 {
-        self.expected[surface.at(c) as usize]
+    fn expected(&self, c: u32) -> i32 {
+        self.expected[self.surface.at(c) as usize]
     }
 
     /// The valence to expect at an apex, but for this edge.
     #[inline(always)]
-    fn at_apex(&self, surface: &Surface, c: u32, turned: Turned) -> i32 {
-        let [old, new] = [self.expected(surface, c).wrapping_sub(PRIOR), UNIT * (3 + flips(turned))];
+    fn at_apex(&self, c: u32, turned: Turned) -> i32 {
+        let [old, new] = [self.expected(c).wrapping_sub(PRIOR), UNIT * (3 + flips(turned))];
         // Split or not is hard to guess, for a processor too.
         old ^ ((old ^ new) & -((turned >> 7) as i32))
     }
 
     #[inline(always)]
-    fn context(&self, surface: &Surface, sketch: &Sketch, [c, o]: [u32; 2], turned: [Turned; 2]) -> usize {
+    fn context(&self, sketch: &Sketch, [c, o]: [u32; 2], turned: [Turned; 2]) -> usize {
         let one = !turned[0] & SPLIT | !turned[1] & SPLIT;
         let hidden = (turned[0] | turned[1]) & HIDDEN;
         let kind = (one >> 7 | hidden >> 5) as usize;
         let angle = angle(cotangent(sketch, c, turned[0]) + cotangent(sketch, o, turned[1]));
-        let ends = self.expected(surface, next(c)).wrapping_add(self.expected(surface, prev(c))).wrapping_add(2 * PRIOR);
-        let apexes = self.at_apex(surface, c, turned[0]).wrapping_add(self.at_apex(surface, o, turned[1]));
+        let ends = self.expected(next(c)).wrapping_add(self.expected(prev(c))).wrapping_add(2 * PRIOR);
+        let apexes = self.at_apex(c, turned[0]).wrapping_add(self.at_apex(o, turned[1]));
         let ends = ((ends >> 4) - 16).clamp(0, 15) as usize;
         let apexes = [205, 250, 295].into_iter().map(|least| (apexes >= least) as usize).sum::<usize>();
         ((angle * 16 + ends) * 4 + kind) * 4 + apexes
@@ -249,13 +221,13 @@ impl State {
 
     /// Replaces the expectation about an edge by its outcome.
     #[inline(always)]
-    fn decide(&mut self, surface: &Surface, corners: [u32; 2], turned: [Turned; 2], bit: bool) {
+    fn decide(&mut self, corners: [u32; 2], turned: [Turned; 2], bit: bool) {
         let change = UNIT * bit as i32 - PRIOR;
         for (c, turned) in corners.into_iter().zip(turned) {
             self.turned[(c / 3) as usize] = turned + if bit { FLIP } else { STAY };
-            let end = &mut self.expected[surface.at(next(c)) as usize];
+            let end = &mut self.expected[self.surface.at(next(c)) as usize];
             *end = end.wrapping_sub(change);
-            let apex = &mut self.expected[surface.at(c) as usize];
+            let apex = &mut self.expected[self.surface.at(c) as usize];
             *apex = apex.wrapping_add(change & ((turned >> 7) as i32 - 1));
         }
     }

@@ -13,15 +13,16 @@ use super::predict::estimate;
 use super::relax::{ESTIMATE_BITS, precise, relax, rounded};
 use super::ring::{LATE, NEAR, Shares};
 use super::shape::Shapes;
+use super::sketch::Sketch;
 use super::split::SplitModels;
-use super::site::{Site, in_faces, in_rings, lie_in_faces};
+use super::site::{in_faces, in_rings, lie_in_faces};
 use super::tabled::{TableModels, Walk};
 use super::traversal::Traversal;
 use super::vector::{COORDINATE_LIMIT, Point, Vector};
 use crate::entropy::Coder;
 use crate::mesh::{NONE, Surface};
 use crate::subdivide::{
-    FRACTION_BITS, Refined, Refiner, StepKind, Update, applies, flipped, predict_regular, refine_regular, round,
+    FRACTION_BITS, Refined, StepKind, Update, applies, flipped, predict_regular, refine, refine_regular, round,
     unlift_positions,
 };
 use crate::{Effort, Error, Limits, Result};
@@ -36,9 +37,6 @@ pub(crate) struct Levels {
     /// Positions of irregular levels, unless they are coded by tables.
     mixed: Option<Positions>,
     tables: Option<TableModels>,
-    /// Memory that the next level uses again.
-    sites: Vec<Site>,
-    refiner: Refiner,
     effort: Effort,
     /// The finest surface so far.
     pub surface: Surface,
@@ -134,8 +132,6 @@ impl Levels {
             counted: None,
             mixed: None,
             tables: None,
-            sites: Vec::new(),
-            refiner: Refiner::default(),
             effort,
             surface: Surface::default(),
             positions: Vec::new(),
@@ -205,11 +201,10 @@ impl Levels {
         // Where details are normal ones mixing saves too little for its time.
         let regular = order == AxisOrder::NormalFirst;
         let course = if self.effort == Effort::Fast || regular && !self.effort.is_max() {
-            let mut sites = std::mem::take(&mut self.sites);
-            match refined {
-                Some((coarse, firsts)) => in_faces(&mut sites, coarse, firsts, surface, &self.positions),
-                None => in_rings(&mut sites, surface, first, &self.positions),
-            }
+            let sites = match refined {
+                Some((coarse, heirs)) => in_faces(coarse, heirs, surface, &self.positions),
+                None => in_rings(surface, first, &self.positions),
+            };
             Course::Tables(Walk::new(sites))
         } else {
             let traversal = match order {
@@ -251,17 +246,12 @@ impl Levels {
                 Positions::Ensemble(models) => models.code(coder, &pass, progress, targets, positions, rough),
             },
         };
-        if !done {
-            self.open = Some(open);
-            return false;
+        match (done, &open.lifted) {
+            (false, _) => self.open = Some(open),
+            (true, Some(lifted)) => lifted.undo(&mut self.positions),
+            (true, None) => {}
         }
-        if let Some(lifted) = &open.lifted {
-            lifted.undo(&mut self.positions);
-        }
-        if let Course::Tables(walk) = open.course {
-            self.sites = walk.into_sites();
-        }
-        true
+        done
     }
 
     /// How many vertices lie where they are expected: their positions are still to come.
@@ -321,11 +311,13 @@ impl Levels {
         split.resize(surface.faces() as usize, false);
         if self.effort == Effort::Fast {
             let models = self.counted.get_or_insert_with(CountedModels::new);
-            models.split(coder, surface, &self.positions, &mut split);
+            let sketch = Sketch::new(surface, &self.positions);
+            models.split(coder, surface, &sketch, &mut split);
             announced(split.iter().filter(|&&s| s).count() as u64)?;
-            let estimates = estimate(surface, &self.positions, |v| models.normal(v), &split);
-            let flips = models.flip(coder, surface, &split, &flip);
-            return Ok(Step { kind, refined: self.refiner.refine(surface, &split, flips), estimates });
+            let normal = |v: u32| sketch.vertex[v as usize].normal;
+            let estimates = estimate(surface, &self.positions, normal, &split);
+            let flips = models.flip(coder, surface, &sketch, &split, &flip);
+            return Ok(Step { kind, refined: refine(surface, &split, &flips), estimates });
         }
         flip.resize(surface.vertex.len(), false);
         let shapes = Shapes::new(surface, &self.positions);
@@ -335,7 +327,7 @@ impl Levels {
         self.positions.extend(estimates.iter().map(|&e| round(e)));
         self.flip.code(coder, surface, &shapes, &self.positions, &split, &mut flip);
         self.positions.truncate(surface.vertices as usize);
-        Ok(Step { kind, refined: self.refiner.refine(surface, &split, &flipped(surface, &flip)), estimates })
+        Ok(Step { kind, refined: refine(surface, &split, &flipped(surface, &flip)), estimates })
     }
 
     /// The real vertices of the surface that `step` leads to, as they would lie without details: the
@@ -354,12 +346,12 @@ impl Levels {
         let heirs = step.refined.first;
         let refined = lie_in_faces(kind, &coarse).then_some((&coarse, &heirs[..]));
         self.begin(first, step.estimates, order, &NEAR, refined);
-        match &mut self.open {
-            // Only undoing an update asks for the coarse surface again.
-            Some(open) if kind != StepKind::Adaptive && rule != Update::None => {
-                open.lifted = Some(Lifted { coarse, kind, rule });
-            }
-            _ => self.refiner.recycle(Refined { surface: coarse, first: heirs }),
+        // Only undoing an update asks for the coarse surface again.
+        if let Some(open) = &mut self.open
+            && kind != StepKind::Adaptive
+            && rule != Update::None
+        {
+            open.lifted = Some(Lifted { coarse, kind, rule });
         }
     }
 

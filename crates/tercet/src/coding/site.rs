@@ -40,24 +40,17 @@ pub(crate) fn lie_in_faces(kind: StepKind, coarse: &Surface) -> bool {
     }
 }
 
-/// Fills `sites` with those of the new vertices of the surface `fine` that was refined from `coarse`, one in each split
+/// The sites of the new vertices of the surface `fine` that was refined from `coarse`, one in each split
 /// face in their order; `first` tells, for each coarse face, the first of the fine faces that it became.
 /// `positions` are known, or the rounded estimates of the new vertices. Time O(n).
-pub(crate) fn in_faces(
-    sites: &mut Vec<Site>,
-    coarse: &Surface,
-    first: &[u32],
-    fine: &Surface,
-    positions: &[Point],
-) {
+pub(crate) fn in_faces(coarse: &Surface, first: &[u32], fine: &Surface, positions: &[Point]) -> Vec<Site> {
     // A split face has become three: the rank of a face tells how many split ones are before it.
     let ends = first.iter().skip(1).copied().chain([fine.faces()]);
     let born: Vec<u32> = (0..)
         .zip(first.iter().zip(ends))
         .map(|(f, (&start, end))| if end - start == 3 { coarse.vertices + (start - f) / 2 } else { NONE })
         .collect();
-    sites.clear();
-    sites.reserve((fine.vertices - coarse.vertices) as usize);
+    let mut sites = Vec::with_capacity((fine.vertices - coarse.vertices) as usize);
     let faces = coarse.vertex.chunks_exact(3).zip(coarse.opposite.chunks_exact(3));
     for ((t, o), _) in faces.zip(&born).filter(|&(_, &born)| born != NONE) {
         let wings = [o[0], o[1], o[2]].map(|beyond| {
@@ -67,15 +60,16 @@ pub(crate) fn in_faces(
         });
         sites.push(Site::new([t[0], t[1], t[2]], wings, coarse.virtuals, positions));
     }
+    sites
 }
 
 /// Corners of a fan that are looked at.
 const MOST: usize = 12;
 
-/// Fills `sites` with those of the vertices from `first` on by the rings of `surface`: where vertices do not lie in faces.
+/// The sites of the vertices from `first` on by the rings of `surface`: where vertices do not lie in faces.
 /// Corners are the first three neighbours that come before a vertex, `old` ones if there are any, wings
 /// the first others. Time O(n).
-pub(crate) fn in_rings(sites: &mut Vec<Site>, surface: &Surface, first: u32, positions: &[Point]) {
+pub(crate) fn in_rings(surface: &Surface, first: u32, positions: &[Point]) -> Vec<Site> {
     let corner = surface.any_corner_from(first);
     let has_old = first > surface.virtuals;
     let site = |(v, &corner): (u32, &u32)| {
@@ -97,8 +91,7 @@ pub(crate) fn in_rings(sites: &mut Vec<Site>, surface: &Surface, first: u32, pos
         }
         Site::new(corners, wings, surface.virtuals, positions)
     };
-    sites.clear();
-    sites.extend((first..).zip(&corner).map(site));
+    (first..).zip(&corner).map(site).collect()
 }
 
 impl Site {

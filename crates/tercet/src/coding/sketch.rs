@@ -11,9 +11,7 @@ use crate::mesh::Surface;
 const MOST_RATIO: i16 = 1 << 14;
 
 /// The faces and vertices of a level.
-#[derive(Default)]
 pub(crate) struct Sketch {
-    sums: Vec<Sum>,
     /// For each face the logarithm of double its area in 1/32 octaves, or [`VIRTUAL`].
     pub area: Vec<i16>,
     /// For each face and each of its edges the edge's square over four times the face's area, in 1/256, edges in the order
@@ -40,13 +38,11 @@ struct Sum {
 }
 
 impl Sketch {
-    /// Looks at every face of `surface` once, in the memory of the sketch before; time O(n).
-    pub fn renew(&mut self, surface: &Surface, positions: &[Point]) {
-        let Sketch { sums, area, ratio, vertex } = self;
-        sums.clear();
-        sums.resize(surface.vertices as usize, Sum::default());
-        area.clear();
-        ratio.clear();
+    /// Looks at every face of `surface` once; time O(n).
+    pub fn new(surface: &Surface, positions: &[Point]) -> Self {
+        let faces = surface.faces() as usize;
+        let mut sums = vec![Sum::default(); surface.vertices as usize];
+        let (mut area, mut ratio) = (Vec::with_capacity(faces), Vec::with_capacity(faces));
         for t in surface.vertex.chunks_exact(3) {
             let t = [t[0], t[1], t[2]];
             if t.iter().any(|&v| surface.is_virtual(v)) {
@@ -67,13 +63,12 @@ impl Sketch {
             let edges = [0, 1, 2].map(|k| sub(p[(k + 1) % 3], p[(k + 2) % 3]));
             ratio.push(shape.inverse.halves(edges.map(|edge| dot(edge, edge)), MOST_RATIO));
         }
-        vertex.clear();
-        vertex.extend(sums.iter().map(Sum::sketch));
+        Sketch { area, ratio, vertex: sums.into_iter().map(Sum::sketch).collect() }
     }
 }
 
 impl Sum {
-    fn sketch(&self) -> VertexSketch {
+    fn sketch(self) -> VertexSketch {
         VertexSketch { normal: direction(self.normal), area: (self.area / self.count.max(1)) as i16 }
     }
 }

@@ -49,11 +49,6 @@ impl Walk {
         Walk { sites, cursor: 0 }
     }
 
-    /// The memory of a pass that has ended.
-    pub fn into_sites(self) -> Vec<Site> {
-        self.sites
-    }
-
     /// How many vertices are still to be visited.
     pub fn left(&self) -> usize {
         self.sites.len() - self.cursor

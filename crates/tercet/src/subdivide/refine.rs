@@ -16,61 +16,6 @@ pub(crate) struct Refined {
     pub first: Vec<u32>,
 }
 
-/// Refines surfaces one after another, in memory that it keeps: fresh memory costs more than what is done in it.
-#[derive(Default)]
-pub(crate) struct Refiner {
-    /// For each coarse corner the fine corner that faces the same edge before any is flipped.
-    heirs: Vec<u32>,
-    spare: Refined,
-}
-
-impl Refiner {
-    /// As [`refine`].
-    pub fn refine(&mut self, coarse: &Surface, split: &[bool], flips: &[u32]) -> Refined {
-        let Refined { surface: Surface { mut vertex, mut opposite, .. }, mut first } =
-            std::mem::take(&mut self.spare);
-        let heirs = &mut self.heirs;
-        first.clear();
-        heirs.clear();
-        let mut count = 0;
-        for &s in split {
-            first.push(count);
-            heirs.extend([0, 1, 2].map(|k| 3 * count + if s { 3 * k + 2 } else { k }));
-            count += if s { 3 } else { 1 };
-        }
-        // Each face is written as if it were split; what is too much the next one overwrites.
-        const SPARE: usize = 6;
-        let corners = 3 * count as usize;
-        vertex.resize(corners + SPARE, 0);
-        opposite.resize(corners + SPARE, 0);
-        let mut v = coarse.vertices;
-        let faces = coarse.vertex.chunks_exact(3).zip(coarse.opposite.chunks_exact(3));
-        for (((t, across), &s), &first) in faces.zip(split).zip(&first) {
-            let o = 3 * first;
-            let i = o as usize;
-            let [t0, t1, t2] = [t[0], t[1], t[2]];
-            let [h0, h1, h2] = [across[0], across[1], across[2]].map(|c| heirs[c as usize]);
-            let [x, y, z] = if s { [t1, t2, v] } else { [t0, t1, t2] };
-            vertex[i..i + 9].copy_from_slice(&[x, y, z, t2, t0, v, t0, t1, v]);
-            let [x, y, z] = if s { [o + 4, o + 6, h0] } else { [h0, h1, h2] };
-            opposite[i..i + 9].copy_from_slice(&[x, y, z, o + 7, o, h1, o + 1, o + 3, h2]);
-            v += s as u32;
-        }
-        vertex.truncate(corners);
-        opposite.truncate(corners);
-        let mut fine = Surface { vertex, opposite, vertices: v, virtuals: coarse.virtuals };
-        for &c in flips {
-            flip_edge(&mut fine, heirs[c as usize], heirs[coarse.across(c) as usize]);
-        }
-        Refined { surface: fine, first }
-    }
-
-    /// Takes back the memory of what is no longer needed.
-    pub fn recycle(&mut self, spare: Refined) {
-        self.spare = spare;
-    }
-}
-
 /// Splits the faces with `split[f]` and flips the edges opposite to the corners `flips`, in linear time.
 ///
 /// Of each edge one corner is named at most. A flipped edge has at least
@@ -87,7 +32,39 @@ impl Refiner {
 ///        x                 x
 /// ```
 pub(crate) fn refine(coarse: &Surface, split: &[bool], flips: &[u32]) -> Refined {
-    Refiner::default().refine(coarse, split, flips)
+    let mut first = Vec::with_capacity(split.len());
+    let mut heirs = Vec::with_capacity(coarse.vertex.len());
+    let mut count = 0;
+    for &s in split {
+        first.push(count);
+        heirs.extend([0, 1, 2].map(|k| 3 * count + if s { 3 * k + 2 } else { k }));
+        count += if s { 3 } else { 1 };
+    }
+    // Each face is written as if it were split; what is too much the next one overwrites.
+    const SPARE: usize = 6;
+    let corners = 3 * count as usize;
+    let mut vertex = vec![0; corners + SPARE];
+    let mut opposite = vec![0; corners + SPARE];
+    let mut v = coarse.vertices;
+    let faces = coarse.vertex.chunks_exact(3).zip(coarse.opposite.chunks_exact(3));
+    for (((t, across), &s), &first) in faces.zip(split).zip(&first) {
+        let o = 3 * first;
+        let i = o as usize;
+        let [t0, t1, t2] = [t[0], t[1], t[2]];
+        let [h0, h1, h2] = [across[0], across[1], across[2]].map(|c| heirs[c as usize]);
+        let [x, y, z] = if s { [t1, t2, v] } else { [t0, t1, t2] };
+        vertex[i..i + 9].copy_from_slice(&[x, y, z, t2, t0, v, t0, t1, v]);
+        let [x, y, z] = if s { [o + 4, o + 6, h0] } else { [h0, h1, h2] };
+        opposite[i..i + 9].copy_from_slice(&[x, y, z, o + 7, o, h1, o + 1, o + 3, h2]);
+        v += s as u32;
+    }
+    vertex.truncate(corners);
+    opposite.truncate(corners);
+    let mut fine = Surface { vertex, opposite, vertices: v, virtuals: coarse.virtuals };
+    for &c in flips {
+        flip_edge(&mut fine, heirs[c as usize], heirs[coarse.across(c) as usize]);
+    }
+    Refined { surface: fine, first }
 }
 
 /// The corners before their opposites whose edges are flipped, of `flip` with one entry a corner, equal on both

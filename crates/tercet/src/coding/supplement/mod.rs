@@ -157,8 +157,17 @@ pub(crate) fn coordinates(points: &[Point], precision: &Precision) -> Vec<[f32; 
 
 /// The real part of a level as it is, with these `positions`.
 pub(crate) fn surface_mesh(surface: &Surface, positions: &[Point], precision: &Precision) -> Mesh {
-    let draft = Draft::new(surface, positions);
-    Mesh { positions: coordinates(&draft.points, precision), faces: draft.faces }
+    let points = &positions[surface.virtuals as usize..];
+    Mesh { positions: coordinates(points, precision), faces: real_faces(surface) }
+}
+
+/// The real faces of a surface, real vertices counted from 0.
+fn real_faces(surface: &Surface) -> Vec<[u32; 3]> {
+    let (faces, virtuals) = (surface.vertex.chunks_exact(3), surface.virtuals);
+    let real = |t: &&[u32]| t.iter().all(|&v| v >= virtuals);
+    let mut real_faces = Vec::with_capacity(surface.faces() as usize);
+    real_faces.extend(faces.filter(real).map(|t| [t[0] - virtuals, t[1] - virtuals, t[2] - virtuals]));
+    real_faces
 }
 
 /// The mesh on the way from the finest level to the original, in the decoder's order.
@@ -170,12 +179,7 @@ struct Draft {
 impl Draft {
     /// The real vertices and faces of a level.
     fn new(surface: &Surface, positions: &[Point]) -> Self {
-        let virtuals = surface.virtuals;
-        let real = (0..surface.faces()).filter(|&f| !surface.is_virtual_face(f));
-        Draft {
-            points: positions[virtuals as usize..].to_vec(),
-            faces: real.map(|f| surface.face(f).map(|v| v - virtuals)).collect(),
-        }
+        Draft { points: positions[surface.virtuals as usize..].to_vec(), faces: real_faces(surface) }
     }
 
     /// Codes which vertices are one, and joins them.
