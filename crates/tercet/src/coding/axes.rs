@@ -27,16 +27,15 @@ pub(super) fn kind(step: usize, order: AxisOrder, at_boundary: bool) -> usize {
     }
 }
 
+/// The axes by size, by the bits of y < x, z < y and z < x; two of the eight cannot be.
+const ASCENDING: [[usize; 3]; 8] =
+    [[0, 1, 2], [1, 0, 2], [0, 2, 1], [0, 1, 2], [0, 1, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
+
 /// The axes in the order of coding: by the size of the normal's component, then by number.
 pub(super) fn axes(normal: Vector, order: AxisOrder) -> [usize; 3] {
-    let size = normal.map(i64::unsigned_abs);
-    let mut axes = [0, 1, 2];
-    // A library's sort is larger than all the rest of a pass, which matters on the web.
-    for [before, after] in [[0, 1], [1, 2], [0, 1]] {
-        if size[axes[after]] < size[axes[before]] {
-            axes.swap(before, after);
-        }
-    }
+    let [x, y, z] = normal.map(i64::unsigned_abs);
+    // Which way a comparison goes is hard to guess for a processor, so that nothing branches on one.
+    let axes = ASCENDING[(y < x) as usize | ((z < y) as usize) << 1 | ((z < x) as usize) << 2];
     match order {
         AxisOrder::NormalLast => axes,
         AxisOrder::NormalFirst => [axes[2], axes[0], axes[1]],

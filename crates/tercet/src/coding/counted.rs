@@ -268,3 +268,45 @@ static ANGLES: [u8; (2 * STEEP / 8) as usize] = {
 fn angle(sum: i32) -> usize {
     ANGLES[((sum.clamp(-STEEP, STEEP - 1) + STEEP) / 8) as usize] as usize
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::cut;
+    use crate::shapes::{noisy, sphere};
+
+    #[test]
+    fn cotangents_are_those_of_the_faces_before_and_after_they_are_split() {
+        let cut = cut(&noisy(&sphere(2), 0.05, 1));
+        let surface = &cut.surface;
+        let mesh = noisy(&sphere(2), 0.05, 1);
+        let place = |v: u32| mesh.positions[cut.vertex_source[v as usize] as usize].map(|x| (x * 2000.0) as i32);
+        let positions: Vec<_> = (0..surface.vertices).map(place).collect();
+        let sketch = Sketch::new(surface, &positions);
+        for c in 0..surface.vertex.len() as u32 {
+            let at = |c: u32| positions[surface.at(c) as usize].map(f64::from);
+            let [p, x, y] = [at(c), at(next(c)), at(prev(c))];
+            let centre = [0, 1, 2].map(|k| (p[k] + x[k] + y[k]) / 3.0);
+            for (apex, turned) in [(p, 0), (centre, SPLIT)] {
+                let [u, v] = [x, y].map(|end| [0, 1, 2].map(|k| end[k] - apex[k]));
+                let dot: f64 = (0..3).map(|k| u[k] * v[k]).sum();
+                let square = |a: [f64; 3]| a.iter().map(|x| x * x).sum::<f64>();
+                let exact = dot / (square(u) * square(v) - dot * dot).sqrt();
+                let found = cotangent(&sketch, c, turned) as f64 / 256.0;
+                assert!((found - exact).abs() < 0.03 * (1.0 + exact.abs()), "{found} {exact}");
+            }
+        }
+    }
+
+    #[test]
+    fn bins_of_angles_ascend_with_their_middle_at_zero() {
+        assert!((-1100..1100).all(|sum| angle(sum) <= angle(sum + 1)));
+        assert_eq!((angle(i32::MIN), angle(0), angle(i32::MAX)), (0, 16, 31));
+    }
+
+    #[test]
+    fn shares_split_at_a_third_and_a_half() {
+        let around = |split: u64, unsplit: u64| share(split | unsplit << 32);
+        assert_eq!([around(0, 1), around(1, 3), around(1, 2), around(0, 0)], [0, 1, 2, 2]);
+    }
+}

@@ -74,19 +74,21 @@ pub(crate) fn in_rings(surface: &Surface, first: u32, positions: &[Point]) -> Ve
     let has_old = first > surface.virtuals;
     let site = |(v, &corner): (u32, &u32)| {
         let (mut corners, mut wings) = ([v; 3], [v; 3]);
-        let (mut old, mut new) = (0, 0);
+        let mut corner_count = 0;
         for c in surface.fan(corner).take(MOST) {
             let a = surface.at(next(c));
-            let list = if a < if has_old { first } else { v } {
-                old += 1;
-                corners.get_mut(old - 1)
+            if a < if has_old { first } else { v } {
+                if let Some(corner) = corners.get_mut(corner_count) {
+                    *corner = a;
+                }
+                corner_count += 1;
             } else {
-                new += 1;
-                // The wing behind the first two corners faces the third.
-                wings.get_mut(if new > 3 { 3 } else { (new + 1) % 3 })
-            };
-            if let Some(place) = list {
-                *place = a;
+                // What is between two corners faces the third; if there are several, others take what is free.
+                let facing = (corner_count + 1) % 3;
+                let free = [facing, 0, 1, 2].into_iter().find(|&k| wings[k] == v);
+                if let Some(k) = free {
+                    wings[k] = a;
+                }
             }
         }
         Site::new(corners, wings, surface.virtuals, positions)
@@ -122,4 +124,68 @@ fn direction([p, q, r]: [&Point; 3], [a, b, c]: [&Point; 3]) -> [i16; 3] {
     let all = area.iter().fold(0, |all, x| all | x.unsigned_abs());
     let spare = 50u32.saturating_sub(all.leading_zeros());
     area.map(|x| (x >> spare) as i16)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::cut;
+    use crate::shapes::{grid, torus};
+    use crate::subdivide::{flipped, refine};
+
+    fn points(count: u32) -> Vec<Point> {
+        (0..count as i32).map(|i| [i * i % 101, i * 7 % 89, i * 31 % 97]).collect()
+    }
+
+    /// A site's corners and wings, beginning with the smallest corner.
+    fn turned(site: &Site) -> [[u32; 3]; 2] {
+        let least = (0..3).min_by_key(|&k| site.corners[k]).unwrap_or(0);
+        [site.corners, site.wings].map(|list| [0, 1, 2].map(|k| list[(k + least) % 3]))
+    }
+
+    #[test]
+    fn where_every_face_is_split_and_every_edge_turned_rings_hold_what_faces_do() {
+        let coarse = cut(&torus(7, 6)).surface;
+        let flips = flipped(&coarse, &vec![true; coarse.vertex.len()]);
+        let refined = refine(&coarse, &vec![true; coarse.faces() as usize], &flips);
+        let positions = points(refined.surface.vertices);
+        let in_faces = in_faces(&coarse, &refined.first, &refined.surface, &positions);
+        let in_rings = in_rings(&refined.surface, coarse.vertices, &positions);
+        assert_eq!(in_faces.len(), coarse.faces() as usize);
+        for (a, b) in in_faces.iter().zip(&in_rings) {
+            assert_eq!(turned(a), turned(b));
+        }
+    }
+
+    #[test]
+    fn beyond_an_edge_there_is_a_new_vertex_or_the_corner_of_an_unsplit_face() {
+        let coarse = cut(&grid(6, 5)).surface;
+        let split: Vec<bool> = (0..coarse.faces()).map(|f| f % 3 != 1).collect();
+        let refined = refine(&coarse, &split, &[]);
+        let sites = in_faces(&coarse, &refined.first, &refined.surface, &points(refined.surface.vertices));
+        let faces = (0..coarse.faces()).filter(|&f| split[f as usize]);
+        for ((f, site), v) in faces.zip(&sites).zip(coarse.vertices..) {
+            assert_eq!(site.corners, coarse.face(f));
+            assert!(refined.surface.face(refined.first[f as usize]).contains(&v));
+            for k in 0..3 {
+                let beyond = coarse.across(3 * f + k);
+                let wing = site.wings[k as usize];
+                match split[(beyond / 3) as usize] {
+                    true => assert!(refined.surface.face(refined.first[(beyond / 3) as usize]).contains(&wing)),
+                    false => assert_eq!(wing, coarse.at(beyond)),
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_flat_hexagon_has_its_normal_whatever_its_size() {
+        for scale in [1, 1000, 1 << 26] {
+            let hexagon = [[2, 0, 0], [0, 3, 0], [-2, -3, 0]].map(|p: Point| p.map(|x| x * scale));
+            let wings = [[-3, 1, 0], [1, -4, 0], [2, 3, 0]].map(|p: Point| p.map(|x| x * scale));
+            let [x, y, z] = direction(hexagon.each_ref(), wings.each_ref());
+            assert_eq!((x, y), (0, 0));
+            assert!(z > 0);
+        }
+    }
 }

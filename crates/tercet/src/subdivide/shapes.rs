@@ -1,6 +1,6 @@
 //! Small surfaces for tests, and a generator of repeatable random numbers.
 
-use super::{StepKind, refine, refine_regular};
+use super::{StepKind, flipped, refine, refine_regular};
 use crate::mesh::{NONE, Surface, next, prev};
 use std::collections::BTreeMap;
 

@@ -30,6 +30,7 @@ use crate::{Error, Limits, Precision, Result};
 pub(crate) use estimate::exact_lattice;
 use merges::Merged;
 use number::NumberModel;
+use std::borrow::Cow;
 
 /// The bytes of each section that a file has.
 #[derive(Default)]
@@ -171,15 +172,15 @@ fn real_faces(surface: &Surface) -> Vec<[u32; 3]> {
 }
 
 /// The mesh on the way from the finest level to the original, in the decoder's order.
-struct Draft {
-    points: Vec<Point>,
+struct Draft<'a> {
+    points: Cow<'a, [Point]>,
     faces: Vec<[u32; 3]>,
 }
 
-impl Draft {
+impl<'a> Draft<'a> {
     /// The real vertices and faces of a level.
-    fn new(surface: &Surface, positions: &[Point]) -> Self {
-        Draft { points: positions[surface.virtuals as usize..].to_vec(), faces: real_faces(surface) }
+    fn new(surface: &Surface, positions: &'a [Point]) -> Self {
+        Draft { points: positions[surface.virtuals as usize..].into(), faces: real_faces(surface) }
     }
 
     /// Codes which vertices are one, and joins them.
@@ -191,7 +192,7 @@ impl Draft {
         sources: usize,
     ) -> Merged {
         let merged = merges::code(coder, &levels.surface, &self.points, source, sources);
-        self.points = merged.first.iter().map(|&v| self.points[v as usize]).collect();
+        self.points = merged.first.iter().map(|&v| self.points[v as usize]).collect::<Vec<_>>().into();
         self.faces.iter_mut().flatten().for_each(|v| *v = merged.number[*v as usize]);
         merged
     }
@@ -199,7 +200,7 @@ impl Draft {
     /// Codes and appends vertices without faces; returns their order in `points`.
     fn code_loose<C: Coder>(&mut self, coder: &mut C, count: u32, points: &[Point]) -> Result<Vec<u32>> {
         let (found, order) = leftovers::code_points(coder, [&self.points, points], &self.faces, count)?;
-        self.points.extend(found);
+        self.points.to_mut().extend(found);
         Ok(order)
     }
 

@@ -3,7 +3,7 @@ use std::collections::BTreeMap;
 use super::reduce;
 use crate::mesh::{NONE, Surface, next, prev};
 use crate::reverse::{Reduction, StepKind, lift};
-use crate::subdivide::refine;
+use crate::subdivide::{flipped, refine};
 
 /// A small generator (Marsaglia's xorshift).
 struct Random(u64);
