@@ -32,13 +32,7 @@ impl CountedModels {
     }
 
     /// Codes `split`, one entry a face of `surface`; time O(n).
-    pub fn split<C: Coder>(
-        &mut self,
-        coder: &mut C,
-        surface: &Surface,
-        sketch: &Sketch,
-        split: &mut [bool],
-    ) {
+    pub fn split<C: Coder>(&mut self, coder: &mut C, surface: &Surface, sketch: &Sketch, split: &mut [bool]) {
         // Of each face 0 until it is decided, then 4 if it is split and 1 if not.
         let mut decided = vec![0u8; split.len()];
         // Of each vertex how many faces at it are split so far and, in the upper half, how many are not.
@@ -257,7 +251,13 @@ static ANGLES: [u8; (2 * STEEP / 8) as usize] = {
         let sum = 8 * i as i32 - STEEP;
         let squashed = (sum << 8) / (256 + ((90 * sum.abs()) >> 8));
         let bin = ((10 * squashed) >> 8) + 16;
-        table[i] = if bin < 0 { 0 } else if bin > 31 { 31 } else { bin as u8 };
+        table[i] = if bin < 0 {
+            0
+        } else if bin > 31 {
+            31
+        } else {
+            bin as u8
+        };
         i += 1;
     }
     table
@@ -280,7 +280,8 @@ mod tests {
         let cut = cut(&noisy(&sphere(2), 0.05, 1));
         let surface = &cut.surface;
         let mesh = noisy(&sphere(2), 0.05, 1);
-        let place = |v: u32| mesh.positions[cut.vertex_source[v as usize] as usize].map(|x| (x * 2000.0) as i32);
+        let place =
+            |v: u32| mesh.positions[cut.vertex_source[v as usize] as usize].map(|x| (x * 2000.0) as i32);
         let positions: Vec<_> = (0..surface.vertices).map(place).collect();
         let sketch = Sketch::new(surface, &positions);
         for c in 0..surface.vertex.len() as u32 {

@@ -13,17 +13,17 @@ use super::predict::estimate;
 use super::relax::{ESTIMATE_BITS, precise, relax, rounded};
 use super::ring::{LATE, NEAR, Shares};
 use super::shape::Shapes;
+use super::site::{in_faces, in_rings, lie_in_faces};
 use super::sketch::Sketch;
 use super::split::SplitModels;
-use super::site::{in_faces, in_rings, lie_in_faces};
 use super::tabled::{TableModels, Walk};
 use super::traversal::Traversal;
 use super::vector::{COORDINATE_LIMIT, Point, Vector};
 use crate::entropy::Coder;
 use crate::mesh::{NONE, Surface};
 use crate::subdivide::{
-    FRACTION_BITS, Refined, StepKind, Update, applies, flipped, predict_regular, refine, refine_regular, round,
-    unlift_positions,
+    FRACTION_BITS, Refined, StepKind, Update, applies, flipped, predict_regular, refine, refine_regular,
+    round, unlift_positions,
 };
 use crate::{Effort, Error, Limits, Result};
 use std::borrow::Cow;
@@ -59,7 +59,7 @@ struct Late {
 
 /// The mixed models of positions.
 enum Positions {
-    Mixed(PositionModels),
+    Mixed(Box<PositionModels>),
     #[cfg(feature = "max")]
     Ensemble(Box<EnsembleModels>),
 }
@@ -69,7 +69,7 @@ impl Positions {
         match effort {
             #[cfg(feature = "max")]
             Effort::Max => Positions::Ensemble(Box::new(EnsembleModels::new())),
-            _ => Positions::Mixed(PositionModels::new()),
+            _ => Positions::Mixed(Box::new(PositionModels::new())),
         }
     }
 }
@@ -212,7 +212,8 @@ impl Levels {
                 AxisOrder::NormalFirst => Traversal::by_number(surface, first),
             };
             #[cfg(feature = "max")]
-            if let Positions::Ensemble(models) = self.mixed.get_or_insert_with(|| Positions::new(self.effort)) {
+            if let Positions::Ensemble(models) = self.mixed.get_or_insert_with(|| Positions::new(self.effort))
+            {
                 models.begin(surface, first, &self.positions, &self.rough);
             }
             Course::Mixed(Progress::new(traversal, estimates.len()))

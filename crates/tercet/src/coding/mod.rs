@@ -11,9 +11,9 @@ mod base;
 mod beyond;
 #[cfg(feature = "max")]
 mod births;
+mod counted;
 #[cfg(feature = "max")]
 mod ensemble;
-mod counted;
 mod flip;
 mod histogram;
 mod level;

@@ -101,9 +101,7 @@ impl Site {
     fn new(corners: [u32; 3], wings: [u32; 3], virtuals: u32, positions: &[Point]) -> Self {
         let at = |v: u32| if v < virtuals { None } else { positions.get(v as usize) };
         let normal = match corners.map(at) {
-            [Some(p), Some(q), Some(r)] => {
-                direction([p, q, r], wings.map(|w| at(w).unwrap_or(p)))
-            }
+            [Some(p), Some(q), Some(r)] => direction([p, q, r], wings.map(|w| at(w).unwrap_or(p))),
             _ => [0; 3],
         };
         Site { corners, wings, normal }
@@ -171,7 +169,9 @@ mod tests {
                 let beyond = coarse.across(3 * f + k);
                 let wing = site.wings[k as usize];
                 match split[(beyond / 3) as usize] {
-                    true => assert!(refined.surface.face(refined.first[(beyond / 3) as usize]).contains(&wing)),
+                    true => {
+                        assert!(refined.surface.face(refined.first[(beyond / 3) as usize]).contains(&wing))
+                    }
                     false => assert_eq!(wing, coarse.at(beyond)),
                 }
             }

@@ -1,9 +1,9 @@
 //! Positions by tables: what the fast profile codes in place of [`position`](super::position)'s
 //! mixed decisions.
 //!
-//! The pass, the ring and the shift into the tangent plane are the same; but a coordinate has one
-//! expectation, and what it is off by is one symbol of sixteen and a few plain bits. Coordinates
-//! often repeat one nearby: the symbol that the nearest neighbour's would be, and that of the nearest
+//! The order of axes and the shift into the tangent plane are the same; but of the neighbours only
+//! those at the [site](super::site) of the vertex are looked at, a coordinate has one expectation, and
+//! what it is off by is one symbol of sixteen and a few plain bits. Coordinates often repeat one nearby: the symbol that the nearest neighbour's would be, and that of the nearest
 //! parallelogram, each select an adaptive distribution, and the two are averaged.
 
 use super::around::{Around, Known, PLACES};
