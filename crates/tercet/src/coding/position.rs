@@ -25,6 +25,7 @@ const SETS: usize = 2;
 type Residual = ResidualModels<EXPERTS, CONTEXTS, LISTS, SETS, 0, 1>;
 
 /// The models of positions; they live as long as the file.
+#[derive(Clone)]
 pub(crate) struct PositionModels {
     residual: Residual,
     spread: Spread,

@@ -10,6 +10,7 @@ const CLASSES: usize = 8;
 const CERTAINTIES: usize = 3;
 
 /// Mean errors of the first expert; they live as long as the file.
+#[derive(Clone)]
 pub(crate) struct Spread {
     /// By kind of axis, size of the neighbourhood, roughness and how well it is known.
     by_roughness: Vec<ScaleCell>,

@@ -30,7 +30,6 @@ use crate::{Error, Limits, Precision, Result};
 pub(crate) use estimate::exact_lattice;
 use merges::Merged;
 use number::NumberModel;
-use std::borrow::Cow;
 
 /// The bytes of each section that a file has.
 #[derive(Default)]
@@ -66,7 +65,7 @@ pub(crate) fn write(levels: &Levels, precision: &Precision, original: Original) 
     let mesh = original.mesh;
     let lattice = Lattice::new(precision);
     let mut sections = Supplements::default();
-    let mut draft = Draft::new(&levels.surface, &levels.positions);
+    let mut draft = Draft::new(&levels.surface, &levels.field.positions);
     let mut source = original.source;
     if source.len() + original.loose.len() > mesh.positions.len() {
         let mut coder = Encoder::new();
@@ -120,7 +119,7 @@ pub(crate) fn read(
 ) -> Result<Mesh> {
     let bytes_each = if sections.order.is_some() { BYTES_PER_ORDERED_ELEMENT } else { BYTES_PER_ELEMENT };
     limits.check("bytes of the mesh", vertices as u64 + faces as u64, bytes_each)?;
-    let mut draft = Draft::new(&levels.surface, &levels.positions);
+    let mut draft = Draft::new(&levels.surface, &levels.field.positions);
     if let Some(bytes) = &sections.merges {
         draft.code_merges(&mut Decoder::new(bytes), levels, &[], 0);
     }
@@ -141,7 +140,7 @@ pub(crate) fn read(
     }
     let positions = match &sections.exactness {
         Some(bytes) => exactness::code(&mut Decoder::new(bytes), precision, &draft.points, &[])?,
-        None => coordinates(&draft.points, precision),
+        None => coordinates(draft.points, precision),
     };
     let mesh = Mesh { positions, faces: draft.faces };
     match &sections.order {
@@ -150,37 +149,33 @@ pub(crate) fn read(
     }
 }
 
-/// What `points` of the lattice stand for.
-pub(crate) fn coordinates(points: &[Point], precision: &Precision) -> Vec<[f32; 3]> {
+/// What `points` of the lattice stand for; in their memory.
+pub(crate) fn coordinates(points: Vec<Point>, precision: &Precision) -> Vec<[f32; 3]> {
     let lattice = Lattice::new(precision);
-    points.iter().map(|&q| lattice.value(q)).collect()
+    points.into_iter().map(|q| lattice.value(q)).collect()
 }
 
 /// The real part of a level as it is, with these `positions`.
 pub(crate) fn surface_mesh(surface: &Surface, positions: &[Point], precision: &Precision) -> Mesh {
-    let points = &positions[surface.virtuals as usize..];
-    Mesh { positions: coordinates(points, precision), faces: real_faces(surface) }
-}
-
-/// The real faces of a surface, real vertices counted from 0.
-fn real_faces(surface: &Surface) -> Vec<[u32; 3]> {
-    let (faces, virtuals) = (surface.vertex.chunks_exact(3), surface.virtuals);
-    let real = |t: &&[u32]| t.iter().all(|&v| v >= virtuals);
-    let mut real_faces = Vec::with_capacity(surface.faces() as usize);
-    real_faces.extend(faces.filter(real).map(|t| [t[0] - virtuals, t[1] - virtuals, t[2] - virtuals]));
-    real_faces
+    let draft = Draft::new(surface, positions);
+    Mesh { positions: coordinates(draft.points, precision), faces: draft.faces }
 }
 
 /// The mesh on the way from the finest level to the original, in the decoder's order.
-struct Draft<'a> {
-    points: Cow<'a, [Point]>,
+struct Draft {
+    points: Vec<Point>,
     faces: Vec<[u32; 3]>,
 }
 
-impl<'a> Draft<'a> {
+impl Draft {
     /// The real vertices and faces of a level.
-    fn new(surface: &Surface, positions: &'a [Point]) -> Self {
-        Draft { points: positions[surface.virtuals as usize..].into(), faces: real_faces(surface) }
+    fn new(surface: &Surface, positions: &[Point]) -> Self {
+        let virtuals = surface.virtuals;
+        let real = surface.vertex.chunks_exact(3).filter(|t| t.iter().all(|&v| v >= virtuals));
+        // A filter does not know how many it lets pass, and the vector would grow to twice as many.
+        let mut faces = Vec::with_capacity(surface.real_faces() as usize);
+        faces.extend(real.map(|t| [t[0] - virtuals, t[1] - virtuals, t[2] - virtuals]));
+        Draft { points: positions[virtuals as usize..].to_vec(), faces }
     }
 
     /// Codes which vertices are one, and joins them.
@@ -192,7 +187,7 @@ impl<'a> Draft<'a> {
         sources: usize,
     ) -> Merged {
         let merged = merges::code(coder, &levels.surface, &self.points, source, sources);
-        self.points = merged.first.iter().map(|&v| self.points[v as usize]).collect::<Vec<_>>().into();
+        self.points = merged.first.iter().map(|&v| self.points[v as usize]).collect();
         self.faces.iter_mut().flatten().for_each(|v| *v = merged.number[*v as usize]);
         merged
     }
@@ -200,7 +195,7 @@ impl<'a> Draft<'a> {
     /// Codes and appends vertices without faces; returns their order in `points`.
     fn code_loose<C: Coder>(&mut self, coder: &mut C, count: u32, points: &[Point]) -> Result<Vec<u32>> {
         let (found, order) = leftovers::code_points(coder, [&self.points, points], &self.faces, count)?;
-        self.points.to_mut().extend(found);
+        self.points.extend(found);
         Ok(order)
     }
 
