@@ -71,7 +71,7 @@ struct Open {
 
 /// How far a pass has come.
 enum Course {
-    Mixed(Regions),
+    Mixed(Box<Regions>),
     Tables(Walk),
 }
 
@@ -199,7 +199,7 @@ impl Levels {
                     let models = self.position.first().cloned();
                     self.position.push(models.unwrap_or_else(|| Positions::new(self.effort)));
                 }
-                Course::Mixed(Regions::new(count))
+                Course::Mixed(Box::new(Regions::new(count)))
             }
         };
         let (bits, origin) = (0, [0; 3]);
