@@ -4,12 +4,14 @@
 //! to write; decoding, it ignores that and returns what it reads. In between both run the same
 //! lines on the same integers.
 
+mod around;
 mod axes;
 mod base;
 #[cfg(feature = "max")]
 mod beyond;
 #[cfg(feature = "max")]
 mod births;
+mod counted;
 #[cfg(feature = "max")]
 mod ensemble;
 mod flip;
@@ -31,6 +33,8 @@ mod residual;
 mod ring;
 mod scale;
 mod shape;
+mod site;
+mod sketch;
 mod split;
 mod spread;
 pub(crate) mod supplement;
