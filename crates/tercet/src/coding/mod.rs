@@ -10,9 +10,11 @@ mod base;
 mod beyond;
 #[cfg(feature = "max")]
 mod births;
+mod coordinate;
 #[cfg(feature = "max")]
 mod ensemble;
 mod flip;
+#[cfg(feature = "max")]
 mod histogram;
 mod level;
 mod model;
@@ -24,7 +26,9 @@ mod pass;
 pub(crate) mod payload;
 mod position;
 mod predict;
+mod reciprocal;
 mod relax;
+#[cfg(feature = "max")]
 mod residual;
 mod ring;
 mod scale;

@@ -98,7 +98,15 @@ impl Scale {
         ((steps * self.slope) >> 16).min(1 << 16) as i32
     }
 
+    /// The logarithm of a bin width that suits the scale: the greatest power of two up to 0.9 of the mean
+    /// magnitude, at least one step.
+    #[inline(always)]
+    pub fn unit_bits(self) -> u32 {
+        ((self.width * 6 / 5 + 128) >> 8).max(1).ilog2().min(20)
+    }
+
     /// The bin width that suits the scale: 0.9 of the mean magnitude, at least one step.
+    #[cfg(feature = "max")]
     #[inline(always)]
     pub fn unit(self) -> i64 {
         ((self.width * 6 / 5 + 128) >> 8).max(1)
