@@ -1,3 +1,4 @@
+import { concatenated } from "./bytes.js";
 import { revived, TercetError } from "./errors.js";
 import type { DecodeOptions } from "./instance.js";
 import type { Level, TercetInfo } from "./level.js";
@@ -59,7 +60,7 @@ export class TercetDecoder {
    */
   async push(bytes: Uint8Array): Promise<void> {
     if (!this.ready) {
-      if (this.start.length > 0) bytes = joined(this.start, bytes);
+      if (this.start.length > 0) bytes = concatenated(this.start, bytes);
       if (bytes.length < TELLING) return void (this.start = bytes.slice());
       this.open(bytes);
     }
@@ -141,11 +142,4 @@ export class TercetDecoder {
     for (const { reject } of this.waiting.values()) reject(error);
     this.waiting.clear();
   }
-}
-
-function joined(first: Uint8Array, second: Uint8Array): Uint8Array {
-  const all = new Uint8Array(first.length + second.length);
-  all.set(first);
-  all.set(second, first.length);
-  return all;
 }

@@ -1,29 +1,18 @@
 import { TercetError } from "./errors.js";
+import { once } from "./once.js";
 
 /** Where a module's code comes from: already compiled, its bytes, or its address. */
 export type ModuleSource = WebAssembly.Module | BufferSource | URL | string;
 
-let own: Promise<WebAssembly.Module> | undefined;
-let ownFull: Promise<WebAssembly.Module> | undefined;
+const own = once(() => compile(new URL("./decoder.wasm", import.meta.url)));
 
 /** The decoder's compiled module: `source`, or the file beside this one, which is fetched once. */
 export function decoderModule(source?: ModuleSource): Promise<WebAssembly.Module> {
-  if (source !== undefined) return compile(source);
-  own ??= compile(new URL("./decoder.wasm", import.meta.url)).catch((error: unknown) => {
-    own = undefined; // The next caller may have more luck.
-    throw error;
-  });
-  return own;
+  return source === undefined ? own() : compile(source);
 }
 
 /** The module that also encodes, and decodes files of every effort: twice as large, fetched once where it is needed. */
-export function fullModule(): Promise<WebAssembly.Module> {
-  ownFull ??= compile(new URL("./encoder.wasm", import.meta.url)).catch((error: unknown) => {
-    ownFull = undefined;
-    throw error;
-  });
-  return ownFull;
-}
+export const fullModule = once(() => compile(new URL("./encoder.wasm", import.meta.url)));
 
 /** Bytes of a file that tell its effort: magic, version, the header's length in up to five, the flags. */
 export const TELLING = 11;

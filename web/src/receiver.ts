@@ -1,4 +1,6 @@
+import { concatenated } from "./bytes.js";
 import { compile, type ModuleSource } from "./module.js";
+import { once } from "./once.js";
 
 /** The module's exports; `crates/tercet-receiver-wasm` says what each does. */
 interface Exports {
@@ -16,16 +18,11 @@ const DEFAULT_MEMORY = 2 ** 30;
 /** What {@link Exports.receiver_push} answers where there is no memory. */
 const REFUSED = 2;
 
-let own: Promise<WebAssembly.Module> | undefined;
+const own = once(() => compile(new URL("./receiver.wasm", import.meta.url)));
 
 /** The receiver's compiled module: `source`, or the file beside this one, which is fetched once. */
 export function receiverModule(source?: ModuleSource): Promise<WebAssembly.Module> {
-  if (source !== undefined) return compile(source);
-  own ??= compile(new URL("./receiver.wasm", import.meta.url)).catch((error: unknown) => {
-    own = undefined; // The next caller may have more luck.
-    throw error;
-  });
-  return own;
+  return source === undefined ? own() : compile(source);
 }
 
 /** Gathers the datagrams of one file, and gives out its verified bytes in their order. */
@@ -35,10 +32,7 @@ export class Receiver {
   /** @param identity The file's, from whom one trusts: all that comes is measured by it. */
   constructor(module: WebAssembly.Module, identity: Uint8Array, opening: Uint8Array, maxMemory = DEFAULT_MEMORY) {
     this.exports = new WebAssembly.Instance(module).exports as unknown as Exports;
-    const start = new Uint8Array(identity.length + opening.length);
-    start.set(identity);
-    start.set(opening, identity.length);
-    this.write(start);
+    this.write(concatenated(identity, opening));
     // An opening that was damaged comes again as datagrams.
     this.exports.receiver_start(maxMemory);
   }

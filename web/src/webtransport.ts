@@ -1,3 +1,4 @@
+import { concatenated } from "./bytes.js";
 import { TercetError } from "./errors.js";
 import type { RangeResponse } from "./range.js";
 import { Receiver, receiverModule } from "./receiver.js";
@@ -189,10 +190,7 @@ class Control {
   private async more(): Promise<void> {
     const { done, value } = await this.reader.read();
     if (done) throw lost("the session ended");
-    const all = new Uint8Array(this.read.length + value.length);
-    all.set(this.read);
-    all.set(value, this.read.length);
-    this.read = all;
+    this.read = concatenated(this.read, value);
   }
 }
 

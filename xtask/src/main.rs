@@ -7,6 +7,7 @@
 
 mod arguments;
 mod bench;
+mod callgrind;
 mod foreign;
 mod load;
 mod process;
@@ -19,7 +20,8 @@ use std::process::ExitCode;
 const USAGE: &str = "\
 usage: cargo xtask test  [--only STAGE,STAGE] [--fuzz-seconds N]
        cargo xtask bench [--corpus DIR] [--only MESH,MESH] [--bits 10,12,14]
-                         [--tables lattice,sqrt3,butterfly,exact] [--runs N] [--write]
+                         [--tables lattice,sqrt3,butterfly,remesh,rate,exact,peers,scale]
+                         [--effort fast|default|max] [--runs N] [--write]
        cargo xtask load
        cargo xtask seeds
        cargo xtask costs

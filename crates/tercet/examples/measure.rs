@@ -1,7 +1,8 @@
 //! Codes one mesh and prints what it cost, as lines of `name=value`: our side of `cargo xtask bench`.
 //!
 //! ```text
-//! measure convert MESH OUT.ply          positions and faces only
+//! measure convert MESH OUT              positions and faces only; OUT's suffix names its format
+//! measure scan VERTICES OUT.ply         a generated irregular surface, like a scanned object's
 //! measure refine MESH OUT.ply SCHEME STEPS NOISE   sqrt3 or butterfly steps, noise as a part of the
 //!                                                mean edge, vertices and faces shuffled
 //! measure remesh MESH OUT.ply LEVELS normal|relaxed   to √3 connectivity
@@ -11,7 +12,8 @@
 //! measure decode FILE.tct
 //! ```
 //!
-//! A time is that of coding alone, without reading and writing files. `peak_bytes` is the process's
+//! `seconds` are those of coding alone, without reading and writing files; `cpu_seconds` those of them in which
+//! a processor worked for it, 0 where the system does not tell. `peak_bytes` is the process's
 //! memory at its fullest less what it had at its start, input and output included; 0 where the system
 //! does not tell.
 
@@ -31,6 +33,7 @@ fn main() -> Result<()> {
     let words: Vec<String> = std::env::args().skip(1).collect();
     match words.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["convert", mesh, out] => write(&read(mesh)?, out),
+        ["scan", vertices, out] => write(&tercet::shapes::scan(vertices.parse()?, 1), out),
         ["remesh", mesh, out, levels, placement] => {
             remesh(&read(mesh)?, out, levels.parse()?, self::placement(placement)?)
         }
@@ -59,14 +62,21 @@ fn encode(mesh: &str, out: &str, bits: &str, effort: &str, progressive: Progress
     let bits = if bits == "exact" { None } else { Some(bits.parse()?) };
     let options =
         EncodeOptions { bits, effort: self::effort(effort), progressive, ..EncodeOptions::default() };
-    let start = Instant::now();
-    let encoded = tercet::encode(&mesh, &options)?;
-    println!("seconds={}", start.elapsed().as_secs_f64());
+    let encoded = timed(|| tercet::encode(&mesh, &options))?;
     println!("peak_bytes={}", peak_bytes().saturating_sub(before));
     println!("bytes={}", encoded.bytes.len());
     println!("connectivity_bytes={}", encoded.connectivity_bits.div_ceil(8));
     println!("base_vertices={}", encoded.info.levels.first().map_or(0, |base| base.vertices));
     Ok(fs::write(out, &encoded.bytes)?)
+}
+
+/// Does the work and prints how long it took.
+fn timed<T>(work: impl FnOnce() -> T) -> T {
+    let (start, before) = (Instant::now(), cpu_seconds());
+    let done = work();
+    println!("seconds={}", start.elapsed().as_secs_f64());
+    println!("cpu_seconds={}", cpu_seconds() - before);
+    done
 }
 
 fn effort(name: &str) -> Effort {
@@ -103,9 +113,7 @@ fn print_comparison(comparison: &Comparison) {
 fn decode(file: &str) -> Result<()> {
     let before = peak_bytes();
     let bytes = fs::read(file)?;
-    let start = Instant::now();
-    let decoded = tercet::decode(&bytes, &Limits::default())?;
-    println!("seconds={}", start.elapsed().as_secs_f64());
+    let decoded = timed(|| tercet::decode(&bytes, &Limits::default()))?;
     println!("peak_bytes={}", peak_bytes().saturating_sub(before));
     print_counts(&decoded);
     Ok(())
@@ -195,13 +203,27 @@ fn read(path: &str) -> Result<Mesh> {
 }
 
 fn write(mesh: &Mesh, out: &str) -> Result<()> {
-    io::write(mesh, Format::Ply, &mut fs::File::create(out)?)?;
+    let format = Format::from_path(Path::new(out)).ok_or("the suffix names no mesh format")?;
+    io::write(mesh, format, &mut fs::File::create(out)?)?;
     print_counts(mesh);
     Ok(())
 }
 
 fn print_counts(mesh: &Mesh) {
-    println!("vertices={}\nfaces={}", mesh.positions.len(), mesh.faces.len());
+    println!("vertices={}\nfaces={}\nside={}", mesh.positions.len(), mesh.faces.len(), longest_side(mesh));
+}
+
+/// The longest side of the bounding box.
+fn longest_side(mesh: &Mesh) -> f32 {
+    let along = |axis: usize| mesh.positions.iter().map(move |p| p[axis]);
+    let side = |axis| along(axis).fold(f32::MIN, f32::max) - along(axis).fold(f32::MAX, f32::min);
+    (0..3).map(side).fold(0.0, f32::max)
+}
+
+/// For how long this thread has had a processor so far: nanoseconds, the first field of its `schedstat`.
+fn cpu_seconds() -> f64 {
+    let stat = fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    stat.split(' ').next().and_then(|first| first.parse::<f64>().ok()).unwrap_or(0.0) / 1e9
 }
 
 /// The process's greatest memory so far ("VmHWM: 1234 kB").

@@ -8,8 +8,10 @@ use crate::container::{
 };
 use crate::entropy::{self, Coder, Cursor};
 use crate::mesh::Mesh;
+use crate::parallel;
 use crate::subdivide::StepKind;
 use crate::{Effort, Error, Limits, Precision, Result, Update};
+use std::ops::Range;
 
 /// What a file says of itself.
 #[derive(Clone, Debug, PartialEq)]
@@ -142,12 +144,29 @@ struct Reached {
 }
 
 /// A section whose decoding has begun.
-#[derive(Clone, Copy)]
 struct Begun {
     level: u32,
-    /// Where in the payload its stream begins, and where in that the decoder stands.
-    stream: usize,
-    cursor: Cursor,
+    streams: Vec<Stream>,
+}
+
+/// A stream of a payload.
+struct Stream {
+    place: Range<usize>,
+    /// Where in it the decoder stands, if it has begun.
+    cursor: Option<Cursor>,
+}
+
+impl Stream {
+    /// A decoder of it, given the first bytes of the payload; `None` if too few of them are its own.
+    fn decoder<'a>(&self, payload: &'a [u8]) -> Option<entropy::Decoder<'a>> {
+        let Range { start, end } = self.place;
+        let bytes = payload.get(start..end.min(payload.len()))?;
+        let whole = payload.len() >= end;
+        match self.cursor {
+            Some(cursor) => Some(entropy::Decoder::resume(cursor, bytes, whole)),
+            None => entropy::Decoder::start(bytes, whole),
+        }
+    }
 }
 
 /// Memory that decoding a level takes: its surface and models' notes, the next coarser surface,
@@ -155,6 +174,9 @@ struct Begun {
 const BYTES_PER_VERTEX: u64 = 250;
 /// What the slowest effort remembers of each vertex besides.
 const MORE_BYTES_PER_VERTEX: u64 = 88;
+
+/// What a region of positions takes of each vertex while it is at work, and what several take together.
+const BYTES_PER_REGION: u64 = 40;
 
 /// A progressive decoder: bytes in, levels out.
 ///
@@ -181,7 +203,7 @@ impl Decoder {
         Decoder {
             limits,
             reader: Reader::new(limits),
-            levels: Levels::new(Effort::default()),
+            levels: Levels::new(Effort::default(), 1),
             supplements: Supplements::default(),
             begun: None,
             keeps_predictions: false,
@@ -214,7 +236,7 @@ impl Decoder {
         let mesh = self.mesh(restored).map_err(|error| self.refuse(error))?;
         let predicted = self.predicted.take();
         let precision = &self.outline()?.precision;
-        let predicted = predicted.map(|points| supplement::coordinates(&points, precision));
+        let predicted = predicted.map(|points| supplement::coordinates(points, precision));
         let pending = self.levels.pending();
         Ok(Some(Level { level, mesh, kept: self.kept, predicted, pending, restored }))
     }
@@ -223,7 +245,7 @@ impl Decoder {
     /// where they are expected. `None` between levels, and before the level's connectivity is there. Ask
     /// for it when there is no [next level](Decoder::next_level). Time linear in the level.
     pub fn preview(&self) -> Option<Level> {
-        let level = self.begun?.level;
+        let level = self.begun.as_ref()?.level;
         let points = self.levels.known_positions()?;
         let mesh = supplement::surface_mesh(&self.levels.surface, &points, &self.outline().ok()?.precision);
         let pending = self.levels.pending();
@@ -283,18 +305,19 @@ impl Decoder {
         if matches!(part, Part::Supplement(kind) if kind != Supplement::Positions) {
             return Ok(whole);
         }
-        let begun = match self.begun {
-            Some(begun) => begun,
-            None => match self.begin(part)? {
-                Some(begun) => begun,
-                None => return Ok(false),
-            },
+        if self.begun.is_none() {
+            self.begun = self.begin(part)?;
+        }
+        let (Some(incoming), Some(begun)) = (self.reader.incoming(), &mut self.begun) else {
+            return Ok(false);
         };
-        let Some(incoming) = self.reader.incoming() else { return Ok(false) };
-        let mut coder = entropy::Decoder::resume(begun.cursor, &incoming.bytes[begun.stream..], whole);
-        self.levels.positions(&mut coder, &[]);
-        self.begun = Some(Begun { cursor: coder.cursor(), ..begun });
-        match coder.exhausted() {
+        let streams = begun.streams.iter();
+        let mut coders: Vec<_> = streams.map_while(|stream| stream.decoder(incoming.bytes)).collect();
+        self.levels.positions(&mut coders, &[]);
+        for (stream, coder) in begun.streams.iter_mut().zip(&coders) {
+            stream.cursor = Some(coder.cursor());
+        }
+        match coders.iter().any(Coder::exhausted) {
             true => Err(Error::format(part.to_string(), "its bytes end before it is complete")),
             false => Ok(whole),
         }
@@ -303,27 +326,29 @@ impl Decoder {
     /// Decodes what comes before positions, if enough of it has arrived.
     fn begin(&mut self, part: Part) -> Result<Option<Begun>> {
         let Some(incoming) = self.reader.incoming() else { return Ok(None) };
-        let (bytes, length, whole) = (incoming.bytes, incoming.length, incoming.is_whole());
+        let (bytes, length) = (incoming.bytes, incoming.length);
+        let Some(opening) = Opening::read(bytes, length, self.streams(part)?)? else { return Ok(None) };
+        let mut streams: Vec<Stream> =
+            opening.streams.iter().map(|place| Stream { place: place.clone(), cursor: None }).collect();
         let Part::Level(level) = part else {
             self.levels.begin_late();
-            let level = self.outline()?.levels.len() as u32 - 1;
-            let cursor = entropy::Decoder::start(bytes, whole).cursor();
-            return Ok(Some(Begun { level, stream: 0, cursor }));
+            return Ok(Some(Begun { level: self.outline()?.levels.len() as u32 - 1, streams }));
         };
-        let Some(opening) = Opening::read(bytes, length) else { return Ok(None) };
-        let stream = &bytes[opening.stream..];
-        if !whole && stream.len() < opening.reach {
+        let first = &streams[0].place;
+        if bytes.len() < first.end && bytes.len() < first.start + opening.reach {
             return Ok(None);
         }
         let outline = self.outline()?;
         let (entry, effort) = (outline.levels[level], outline.effort);
         let limits = *self.reader.limits();
-        let bytes = BYTES_PER_VERTEX + if effort.is_max() { MORE_BYTES_PER_VERTEX } else { 0 };
-        limits.check("bytes of a level", entry.vertices.into(), bytes)?;
-        let mut coder = entropy::Decoder::start(stream, whole);
+        let more = if effort.is_max() { MORE_BYTES_PER_VERTEX } else { 0 };
+        let at_once = if streams.len() > 1 { 1 + streams.len().min(parallel::threads()) } else { 0 };
+        let memory = BYTES_PER_VERTEX + at_once as u64 * (BYTES_PER_REGION + more) + more;
+        limits.check("bytes of a level", entry.vertices.into(), memory)?;
+        let Some(mut coder) = streams[0].decoder(bytes) else { return Ok(None) };
         match step_kind(entry.kind) {
             None => {
-                self.levels = Levels::new(effort);
+                self.levels = Levels::new(effort, outline.streams);
                 self.levels.base(&mut coder, None, &limits)?;
                 // Its positions take time and memory: not for another surface than announced.
                 check_counts(&self.levels, entry)?;
@@ -342,8 +367,27 @@ impl Decoder {
                 check_counts(&self.levels, entry)?;
             }
         }
-        opening.check(coder.reach(), length)?;
-        Ok(Some(Begun { level: level as u32, stream: opening.stream, cursor: coder.cursor() }))
+        opening.check(coder.reach())?;
+        streams[0].cursor = Some(coder.cursor());
+        Ok(Some(Begun { level: level as u32, streams }))
+    }
+
+    /// How many streams the payload of a section has that holds connectivity or positions.
+    fn streams(&self, part: Part) -> Result<u32> {
+        let outline = self.outline()?;
+        let Outline { effort, streams, ref levels, .. } = *outline;
+        let new = |from: usize, to: usize| {
+            levels[to].vertices - from.checked_sub(1).map_or(0, |below| levels[below].vertices)
+        };
+        let (kind, vertices) = match part {
+            Part::Level(level) if levels[level].kind == LevelKind::Late => return Ok(1),
+            Part::Level(level) => (step_kind(levels[level].kind), new(level, level)),
+            Part::Supplement(_) => {
+                let late = levels.iter().take_while(|level| level.kind != LevelKind::Late).count();
+                (None, new(late, levels.len() - 1))
+            }
+        };
+        Ok(Levels::streams(effort, streams, kind, vertices))
     }
 
     fn keep(&mut self, kind: Supplement, bytes: Vec<u8>) {
@@ -361,8 +405,8 @@ impl Decoder {
     fn mesh(&self, restored: bool) -> Result<Mesh> {
         let outline = self.outline()?;
         if !restored {
-            let Levels { surface, positions, .. } = &self.levels;
-            return Ok(supplement::surface_mesh(surface, positions, &outline.precision));
+            let Levels { surface, field, .. } = &self.levels;
+            return Ok(supplement::surface_mesh(surface, &field.positions, &outline.precision));
         }
         let counts = [outline.vertices, outline.faces];
         supplement::read(&self.levels, &outline.precision, counts, &self.supplements, &self.limits)

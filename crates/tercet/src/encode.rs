@@ -4,12 +4,12 @@ mod trial;
 
 use crate::coding::supplement::{self, Original, Supplements};
 use crate::coding::{Levels, Point, payload};
-use crate::container::{self, LevelEntry, LevelKind, Outline, Supplement, UpdateRule};
+use crate::container::{self, LevelEntry, LevelKind, MOST_STREAMS, Outline, Supplement, UpdateRule};
 use crate::decode::Info;
 use crate::entropy::Encoder;
-use crate::mesh::{Cut, Lattice, Mesh, Surface, box_lattice, cut, next, prev, stretched};
+use crate::mesh::{Cut, Lattice, Mesh, Surface, box_lattice, cut, cut_along_curve, next, prev, stretched};
 use crate::metrics::LevelErrors;
-use crate::reverse::{Hierarchy, Reduction, StepKind, lift};
+use crate::reverse::{BLOCK, Hierarchy, Reduction, StepKind, lift};
 use crate::{Effort, Error, LevelScheme, Limits, Result, Update};
 
 /// What to keep, and how.
@@ -69,7 +69,7 @@ pub struct Progress {
     pub total: u64,
 }
 
-/// Encodes a mesh; time O(n), memory some 270 bytes a vertex, the mesh included.
+/// Encodes a mesh; time O(n), memory some 250 bytes a vertex, the mesh included.
 ///
 /// # Errors
 /// [`Error::Mesh`] for an index out of range or a coordinate that is not finite,
@@ -104,6 +104,8 @@ pub(crate) fn encode_stretched(
     {
         return Err(Error::Parameter(format!("{bits} bits: 4 to 24 are possible")));
     }
+    // One block of vertices fits in the cache as it is.
+    let cut = if mesh.positions.len() > BLOCK { cut_along_curve } else { cut };
     let Cut { surface, vertex_source, loose, degenerate, .. } = cut(mesh);
     let precision = match options.bits {
         Some(bits) => stretched(box_lattice(mesh, bits), stretch),
@@ -119,7 +121,8 @@ pub(crate) fn encode_stretched(
         errors.measure(reached);
     });
     let late = trial::late_levels(&hierarchy, options)?;
-    let mut writer = Writer::new(hierarchy, options, Some(errors), late);
+    let streams = streams(vertex_source.len());
+    let mut writer = Writer::new(hierarchy, options, Some(errors), late, streams);
     writer.write(|done| progress(Progress { stage: "coding", done, total }))?;
     let source = writer.sources(&vertex_source);
     let original =
@@ -132,6 +135,7 @@ pub(crate) fn encode_stretched(
     let outline = Outline {
         order_kept: options.keep_order,
         effort: options.effort,
+        streams,
         precision,
         vertices: mesh.positions.len() as u32,
         faces: mesh.faces.len() as u32,
@@ -143,6 +147,16 @@ pub(crate) fn encode_stretched(
     let info = Info::of(&bytes)?;
     Ok(Encoded { bytes, info, connectivity_bits, position_bits })
 }
+
+/// Streams for a mesh of so many vertices: two from 100 000 on, twice as many for each four times the
+/// vertices. Threads gain time by them, and each costs bits.
+fn streams(vertices: usize) -> u32 {
+    let fours = (vertices / FEWEST_FOR_STREAMS).checked_ilog2().map(|twos| twos / 2);
+    fours.map_or(1, |fours| (2 << fours).min(MOST_STREAMS))
+}
+
+/// Meshes of fewer vertices have one stream.
+const FEWEST_FOR_STREAMS: usize = 100_000;
 
 /// The sections that there are, in the order of the file.
 fn listed(positions: Option<Vec<u8>>, sections: Supplements) -> (Vec<Supplement>, Vec<Vec<u8>>) {
@@ -184,6 +198,7 @@ impl Writer {
         options: &EncodeOptions,
         errors: Option<LevelErrors>,
         late: usize,
+        streams: u32,
     ) -> Self {
         // The finest level's tell where all late vertices lie.
         hierarchy.positions.drain(late.min(1)..late);
@@ -192,7 +207,7 @@ impl Writer {
             rule: options.update,
             errors,
             late,
-            levels: Levels::new(options.effort),
+            levels: Levels::new(options.effort, streams),
             map: Vec::new(),
             entries: Vec::new(),
             payloads: Vec::new(),
@@ -226,8 +241,8 @@ impl Writer {
         let positions = new_positions(&self.levels.surface, &self.map, known, &positions, 0);
         self.levels.begin_base(&mut coder, &positions);
         let reach = coder.reach();
-        self.levels.positions(&mut coder, &positions[self.levels.surface.virtuals as usize..]);
-        self.finish(coder, LevelKind::Base, 0, reach);
+        let streams = self.positions(coder, &positions[self.levels.surface.virtuals as usize..]);
+        self.finish(streams, LevelKind::Base, reach);
         Ok(())
     }
 
@@ -248,20 +263,21 @@ impl Writer {
         }
         let vertices = (fine.vertices - fine.virtuals) as u64;
         let coded = self.levels.connectivity(&mut coder, step.kind, split, flip, vertices)?;
-        let (before, reach) = (coder.bits(), coder.reach());
-        self.connectivity_bits += before;
+        let reach = coder.reach();
+        self.connectivity_bits += coder.bits();
         self.map = lift(&coded.refined, &step, fine, &self.map);
         let kind = step.kind;
         drop(step);
-        if is_late {
+        let streams = if is_late {
             self.levels.late_step(coded);
+            vec![coder.finish()]
         } else {
             let first = self.levels.surface.vertices;
             let new = new_positions(&coded.refined.surface, &self.map, fine, &positions, first);
             drop(positions);
             self.levels.begin_step(coded, self.rule);
-            self.levels.positions(&mut coder, &new);
-        }
+            self.positions(coder, &new)
+        };
         let kind = match kind {
             StepKind::Adaptive if is_late => LevelKind::Late,
             StepKind::Adaptive => LevelKind::Adaptive,
@@ -269,7 +285,7 @@ impl Writer {
             StepKind::Sqrt3Odd => LevelKind::Sqrt3Odd,
             StepKind::Butterfly => LevelKind::Butterfly,
         };
-        self.finish(coder, kind, before, reach);
+        self.finish(streams, kind, reach);
         Ok(())
     }
 
@@ -280,11 +296,19 @@ impl Writer {
         let fine = self.hierarchy.surface(0);
         let known = new_positions(&self.levels.surface, &self.map, fine, &positions, first);
         drop(positions);
-        let mut coder = Encoder::new();
         self.levels.begin_late();
-        self.levels.positions(&mut coder, &known);
-        self.position_bits += coder.bits();
-        self.late_payload = Some(coder.finish());
+        self.late_payload = Some(payload::assemble(self.positions(Encoder::new(), &known), 0));
+    }
+
+    /// Codes the positions of the pass that has begun, of its first region by `coder`, which may have coded
+    /// connectivity before. Returns the streams of its regions.
+    fn positions(&mut self, coder: Encoder, targets: &[Point]) -> Vec<Vec<u8>> {
+        let before = coder.bits();
+        let mut coders = vec![coder];
+        coders.resize_with(self.levels.regions(), Encoder::new);
+        self.levels.positions(&mut coders, targets);
+        self.position_bits += coders.iter().map(Encoder::bits).sum::<u64>() - before;
+        coders.into_iter().map(Encoder::finish).collect()
     }
 
     /// The split and flip bits of a step in the decoder's order.
@@ -318,15 +342,13 @@ impl Writer {
         let surface = &self.levels.surface;
         for (corners, &corner) in surface.vertex.chunks_exact(3).zip(&self.map) {
             for (&v, c) in corners.iter().zip([corner, next(corner), prev(corner)]) {
-                shown[known.at(c) as usize] = self.levels.positions[v as usize];
+                shown[known.at(c) as usize] = self.levels.field.positions[v as usize];
             }
         }
         shown
     }
 
-    fn finish(&mut self, coder: Encoder, kind: LevelKind, before: u64, reach: usize) {
-        self.position_bits +=
-            coder.bits() - if kind == LevelKind::Base { self.connectivity_bits } else { before };
+    fn finish(&mut self, streams: Vec<Vec<u8>>, kind: LevelKind, reach: usize) {
         let surface = &self.levels.surface;
         let level = self.hierarchy.steps.len();
         let known = self.hierarchy.surface(level);
@@ -346,7 +368,7 @@ impl Writer {
             faces: surface.real_faces(),
             error: container::round_error_up(error),
         });
-        self.payloads.push(payload::assemble(coder.finish(), reach));
+        self.payloads.push(payload::assemble(streams, reach));
     }
 }
 
@@ -368,4 +390,18 @@ fn new_positions(
         }
     }
     new
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn streams_grow_with_the_square_root_of_the_mesh() {
+        let expected = [(0, 1), (99_999, 1), (100_000, 2), (399_999, 2), (400_000, 4), (10_000_000, 16)];
+        for (vertices, count) in expected {
+            assert_eq!(streams(vertices), count, "{vertices} vertices");
+        }
+        assert_eq!(streams(usize::MAX), MOST_STREAMS);
+    }
 }

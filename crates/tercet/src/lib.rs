@@ -32,6 +32,7 @@ pub mod io;
 mod limits;
 mod mesh;
 pub mod metrics;
+mod parallel;
 #[cfg(feature = "remesh")]
 pub mod remesh;
 mod reverse;

@@ -3,22 +3,12 @@
 mod common;
 
 use common::butterfly::refined;
-use common::{holed, levels};
-use tercet::shapes::{annulus, grid, icosahedron, join, noisy, scan, shuffled, sphere, torus};
-use tercet::verify::{Sameness, compare, quantised};
-use tercet::{Effort, EncodeOptions, LevelScheme, Limits, Mesh, Scheme, Update, decode, encode, subdivide};
+use common::regular::Kind;
+use tercet::shapes::{noisy, scan, shuffled, sphere};
+use tercet::verify::{Sameness, compare};
+use tercet::{Effort, EncodeOptions, LevelScheme, Limits, Mesh, Scheme, decode, encode, subdivide};
 
-fn bases() -> Vec<(&'static str, Mesh)> {
-    vec![
-        ("icosahedron", icosahedron()),
-        ("scan", scan(80, 7)),
-        ("torus", torus(5, 4)),
-        ("grid", grid(4, 3)),
-        ("annulus", annulus(7, 2)),
-        ("holed", holed()),
-        ("components", join(&[icosahedron(), grid(3, 3), scan(40, 2), annulus(5, 1)])),
-    ]
-}
+const BUTTERFLY: Kind = Kind { name: "butterfly", refined };
 
 /// The kinds of the finest `count` levels, finest first.
 fn kinds(mesh: &Mesh, scheme: LevelScheme, count: usize) -> Vec<&'static str> {
@@ -30,58 +20,17 @@ fn kinds(mesh: &Mesh, scheme: LevelScheme, count: usize) -> Vec<&'static str> {
 
 #[test]
 fn every_step_is_found_in_a_shuffled_noisy_mesh() {
-    for (name, base) in bases() {
-        for steps in 1..=3 {
-            let mesh = shuffled(&noisy(&refined(&base, steps), 0.002, 5), 6);
-            let options = EncodeOptions { bits: Some(12), ..Default::default() };
-            let file = encode(&mesh, &options).unwrap();
-            let kinds: Vec<_> = file.info.levels.iter().rev().take(steps).map(|l| l.kind).collect();
-            assert_eq!(kinds, vec!["butterfly"; steps], "{name}, {steps} steps");
-            let below = &file.info.levels[file.info.levels.len() - 1 - steps];
-            let used: std::collections::BTreeSet<_> = base.faces.iter().flatten().collect();
-            assert_eq!(below.vertices as usize, used.len(), "{name}, {steps} steps");
-            assert_eq!(below.faces as usize, base.faces.len(), "{name}, {steps} steps");
-            let decoded = decode(&file.bytes, &Limits::default()).unwrap();
-            let expected = quantised(&mesh, &file.info.precision);
-            assert!(!matches!(compare(&expected, &decoded), Sameness::Different(_)), "{name}, {steps} steps");
-        }
-    }
+    BUTTERFLY.assert_every_step_is_found(3);
 }
 
 #[test]
 fn steps_cost_no_connectivity_bits() {
-    let bits = |steps| {
-        let mesh = shuffled(&noisy(&refined(&icosahedron(), steps), 0.002, 5), 6);
-        encode(&mesh, &Default::default()).unwrap().connectivity_bits
-    };
-    // Twelve vertices of a base, in whichever order: less than six bits each.
-    for steps in 0..=4 {
-        assert!(bits(steps) < 72, "{} bits after {steps} steps", bits(steps));
-    }
+    BUTTERFLY.assert_steps_cost_no_connectivity_bits(4);
 }
 
 #[test]
 fn updates_are_undone_exactly_and_change_only_coarse_levels() {
-    for (name, base) in bases() {
-        let mesh = noisy(&refined(&base, 2), 0.01, 8);
-        for bits in [None, Some(10)] {
-            let file = |update| encode(&mesh, &EncodeOptions { bits, update, ..Default::default() }).unwrap();
-            let expected = quantised(&mesh, &file(Update::None).info.precision);
-            let coarse = |update| {
-                let file = file(update);
-                levels(&file.bytes)[file.info.levels.len() - 2].mesh.clone()
-            };
-            for update in [Update::Third, Update::Paper] {
-                let file = file(update);
-                let decoded = decode(&file.bytes, &Limits::default()).unwrap();
-                let same = compare(&expected, &decoded);
-                assert!(!matches!(same, Sameness::Different(_)), "{name}, {update:?}: {same:?}");
-                let regular = |kind| kind == "butterfly" || kind == "sqrt3";
-                assert!(file.info.levels.iter().all(|l| (l.update == update) == regular(l.kind)), "{name}");
-            }
-            assert!(coarse(Update::None) != coarse(Update::Third), "{name}");
-        }
-    }
+    BUTTERFLY.assert_updates_are_undone(2);
 }
 
 #[test]

@@ -73,6 +73,17 @@ fn nest(levels: &[Level]) -> Result<(), String> {
 }
 
 #[test]
+fn a_mesh_that_is_reordered_to_be_coded_comes_back() {
+    let mesh = join(&[shuffled(&grid(370, 360), 3), soup(300, 1)]);
+    for options in [
+        EncodeOptions { keep_order: true, ..EncodeOptions::default() },
+        EncodeOptions { bits: Some(10), effort: Effort::Fast, ..EncodeOptions::default() },
+    ] {
+        check(&mesh, &options).unwrap();
+    }
+}
+
+#[test]
 fn every_kind_of_mesh_comes_back() {
     for (name, mesh) in meshes() {
         for options in options() {

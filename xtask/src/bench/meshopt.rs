@@ -1,4 +1,5 @@
-//! meshoptimizer's vertex and index codecs followed by `zstd -19`, and its simplification, run by node.
+//! meshoptimizer's vertex and index codecs and its glTF packer, each followed by `zstd -19`, and its simplification;
+//! run by node.
 
 use crate::process::{available, capture, command, debian_packages, root, target_dir};
 use anyhow::{Result, bail};
@@ -30,14 +31,21 @@ impl Program {
 
     /// The bytes of a mesh with unrounded positions.
     pub fn encode(&self, ply: &Path, scratch: &Path) -> Result<u64> {
-        let (plain, packed) = (scratch.join("meshopt"), scratch.join("meshopt.zst"));
+        let plain = scratch.join("meshopt");
         let mut node = command("node", &[]);
         node.arg(self.0.join("meshopt.mjs")).arg(ply).arg(&plain);
         capture(node)?;
-        let mut zstd = command("zstd", &["-19", "--quiet", "--force", "-o"]);
-        zstd.arg(&packed).arg(&plain);
-        capture(zstd)?;
-        Ok(fs::metadata(packed)?.len())
+        zstd_bytes(&plain)
+    }
+
+    /// The bytes of a glTF file of a mesh with positions on a lattice of `bits` bits, compressed for size.
+    pub fn pack(&self, obj: &Path, bits: u8, scratch: &Path) -> Result<u64> {
+        let packed = scratch.join("packed.glb");
+        let mut gltfpack = command("node", &[]);
+        gltfpack.arg(self.0.join("node_modules/gltfpack/cli.js")).args(["-cz", "-vp", &bits.to_string()]);
+        gltfpack.arg("-i").arg(obj).arg("-o").arg(&packed);
+        capture(gltfpack)?;
+        zstd_bytes(&packed)
     }
 
     /// Simplifies a mesh to about so many faces each: by their number, the meshes of kept and of moved vertices.
@@ -49,4 +57,13 @@ impl Program {
         let name = |faces: u64, kind: &str| PathBuf::from(format!("{}-{faces}-{kind}.ply", stem.display()));
         Ok(faces.iter().map(|&faces| (faces, [name(faces, "kept"), name(faces, "moved")])).collect())
     }
+}
+
+/// The bytes of a file after `zstd -19`.
+fn zstd_bytes(file: &Path) -> Result<u64> {
+    let packed = file.with_extension("zst");
+    let mut zstd = command("zstd", &["-19", "--quiet", "--force", "-o"]);
+    zstd.arg(&packed).arg(file);
+    capture(zstd)?;
+    Ok(fs::metadata(packed)?.len())
 }

@@ -7,14 +7,19 @@
 
 mod draco;
 mod meshopt;
+mod openctm;
 mod ours;
+mod peers;
 mod rate;
 mod report;
+mod scale;
+mod spread;
 
 use crate::arguments::Arguments;
 use crate::process::root;
 use anyhow::{Context, Result, bail};
 use report::{ExactRow, LatticeRow, RemeshedRow};
+use spread::Spread;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -30,6 +35,8 @@ const REMESH_LEVELS: u32 = 5;
 const NOISE: [f32; 2] = [0.02, 0.0];
 /// Subdivision schemes: as a table's name and in its title.
 const SCHEMES: [(&str, &str); 2] = [("sqrt3", "√3"), ("butterfly", "Butterfly")];
+
+const TABLES: [&str; 8] = ["lattice", "sqrt3", "butterfly", "remesh", "rate", "exact", "peers", "scale"];
 
 struct Options {
     corpus: PathBuf,
@@ -54,9 +61,7 @@ impl Options {
             only: arguments.list("--only")?,
             bits: arguments.list("--bits")?.unwrap_or_else(|| vec![10, 12, 14]),
             some: tables.is_some(),
-            tables: tables.unwrap_or_else(|| {
-                ["lattice", "sqrt3", "butterfly", "remesh", "rate", "exact"].map(String::from).to_vec()
-            }),
+            tables: tables.unwrap_or_else(|| TABLES.map(String::from).to_vec()),
             runs: arguments.value("--runs")?.unwrap_or(5).max(1),
             effort: arguments.value("--effort")?.unwrap_or_else(|| "default".to_owned()),
             write: arguments.flag("--write"),
@@ -76,6 +81,15 @@ struct Subject {
     ply: PathBuf,
     vertices: u64,
     faces: u64,
+    /// The longest side of the bounding box.
+    side: f64,
+}
+
+impl Subject {
+    fn new(name: String, ply: PathBuf, summary: ours::Summary) -> Self {
+        let ours::Summary { vertices, faces, side } = summary;
+        Subject { name, ply, vertices, faces, side }
+    }
 }
 
 pub fn run(words: &[String]) -> Result<()> {
@@ -83,7 +97,9 @@ pub fn run(words: &[String]) -> Result<()> {
     draco::set_up()?;
     let ours = ours::Program::build(&options.effort)?;
     let scratch = Scratch::new()?;
-    let subjects = subjects(&options, &ours, &scratch)?;
+    // One table makes its meshes itself.
+    let takes_corpus = options.tables.iter().any(|table| table != "scale");
+    let subjects = if takes_corpus { subjects(&options, &ours, &scratch)? } else { Vec::new() };
     let mut text = String::new();
     if options.wants("lattice") {
         for &bits in &options.bits {
@@ -108,6 +124,12 @@ pub fn run(words: &[String]) -> Result<()> {
     }
     if options.wants("exact") {
         text += &report::exact(&exact_rows(&subjects, &ours, &scratch)?);
+    }
+    if options.wants("peers") {
+        text += &report::peers(&peers::rows(&subjects, options.runs, &ours, &scratch)?);
+    }
+    if options.wants("scale") {
+        text += &report::scale(&scale::rows(options.runs, &ours, &scratch)?);
     }
     let opening = report::opening(words);
     println!("\n{opening}{text}");
@@ -138,8 +160,8 @@ fn subjects(options: &Options, ours: &ours::Program, scratch: &Scratch) -> Resul
         let wanted = options.only.as_ref().is_none_or(|only| only.contains(&name));
         if wanted && ["obj", "ply", "stl", "off"].contains(&suffix.as_str()) {
             let ply = scratch.file(&format!("{name}.ply"));
-            let (vertices, faces) = ours.convert(&file, &ply)?;
-            subjects.push(Subject { name, ply, vertices, faces });
+            let summary = ours.convert(&file, &ply)?;
+            subjects.push(Subject::new(name, ply, summary));
         }
     }
     if subjects.is_empty() {
@@ -162,7 +184,7 @@ fn refined(
             let name = format!("{}-{scheme}-{noise}", base.name);
             let ply = scratch.file(&format!("{name}.ply"));
             match ours.refine(&base.ply, &ply, scheme, REFINED_STEPS, noise) {
-                Ok((vertices, faces)) => refined.push(Subject { name, ply, vertices, faces }),
+                Ok(summary) => refined.push(Subject::new(name, ply, summary)),
                 Err(error) => println!("{name}: left out: {error:#}"),
             }
         }
@@ -219,7 +241,7 @@ fn lattice_row(
         base_vertices: encoded.base_vertices,
         draco_bytes: level_7.bytes.min(level_10.bytes),
         draco_vertices: draco_decoded.vertices,
-        rates: timed.then(|| (median(encode_rates), median(decode_rates))),
+        rates: Spread::of(encode_rates).zip(Spread::of(decode_rates)).filter(|_| timed),
         encode_peak: encoded.peak_bytes,
         decode_peak: decoded.peak_bytes,
     })
@@ -273,12 +295,6 @@ fn exact_rows(subjects: &[Subject], ours: &ours::Program, scratch: &Scratch) -> 
         Ok(row)
     });
     rows.collect()
-}
-
-/// The middle value, or the upper of the two in the middle; the list must not be empty.
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
 }
 
 /// A folder in memory where the system has one, removed at the end.

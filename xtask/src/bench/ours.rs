@@ -1,5 +1,6 @@
 //! Our own coder, by way of the library's example program `measure`.
 
+use crate::callgrind;
 use crate::process::{capture, command, run, target_dir};
 use anyhow::{Context, Result};
 use std::path::{Path, PathBuf};
@@ -9,6 +10,16 @@ pub struct Program {
     path: PathBuf,
     /// fast, default or max.
     effort: String,
+    /// Whether its C library is told to give back at once what is freed.
+    returns_freed_memory: bool,
+}
+
+/// What of a mesh every coder has to know.
+pub struct Summary {
+    pub vertices: u64,
+    pub faces: u64,
+    /// The longest side of the bounding box.
+    pub side: f64,
 }
 
 pub struct Encoded {
@@ -17,6 +28,8 @@ pub struct Encoded {
     pub connectivity_bytes: u64,
     pub base_vertices: u64,
     pub seconds: f64,
+    /// Those of `seconds` in which a processor worked for it.
+    pub cpu_seconds: f64,
     /// Memory at its fullest, the mesh included.
     pub peak_bytes: u64,
 }
@@ -44,6 +57,7 @@ pub struct Decoded {
     pub vertices: u64,
     pub faces: u64,
     pub seconds: f64,
+    pub cpu_seconds: f64,
     pub peak_bytes: u64,
 }
 
@@ -51,28 +65,31 @@ impl Program {
     pub fn build(effort: &str) -> Result<Self> {
         let words = ["build", "--release", "--locked", "--package=tercet", "--features=remesh"];
         run(command("cargo", &[&words[..], &["--example=measure"]].concat()))?;
-        Ok(Program { path: target_dir()?.join("release/examples/measure"), effort: effort.to_owned() })
+        let path = target_dir()?.join("release/examples/measure");
+        Ok(Program { path, effort: effort.to_owned(), returns_freed_memory: false })
     }
 
-    /// Writes positions and faces of a mesh file as PLY; returns the numbers of vertices and faces.
-    pub fn convert(&self, mesh: &Path, out: &Path) -> Result<(u64, u64)> {
-        let facts = Facts::of(self.task("convert").arg(mesh).arg(out))?;
-        Ok((facts.number("vertices")?, facts.number("faces")?))
+    /// The same program under a C library that gives back at once what is freed, where it is glibc: by itself
+    /// it keeps up to some tens of megabytes.
+    pub fn returning_freed_memory(&self) -> Self {
+        Program { path: self.path.clone(), effort: self.effort.clone(), returns_freed_memory: true }
+    }
+
+    /// Writes positions and faces of a mesh file in the format that the suffix of `out` names.
+    pub fn convert(&self, mesh: &Path, out: &Path) -> Result<Summary> {
+        Facts::of(self.task("convert").arg(mesh).arg(out))?.summary()
+    }
+
+    /// Generates an irregular surface like a scanned object's.
+    pub fn scan(&self, vertices: u64, out: &Path) -> Result<Summary> {
+        Facts::of(self.task("scan").arg(vertices.to_string()).arg(out))?.summary()
     }
 
     /// Refines a mesh by steps of a scheme, adds noise, a part of the mean edge, and shuffles it.
-    pub fn refine(
-        &self,
-        mesh: &Path,
-        out: &Path,
-        scheme: &str,
-        steps: u32,
-        noise: f32,
-    ) -> Result<(u64, u64)> {
+    pub fn refine(&self, mesh: &Path, out: &Path, scheme: &str, steps: u32, noise: f32) -> Result<Summary> {
         let mut task = self.task("refine");
         task.arg(mesh).arg(out).args([scheme, &steps.to_string(), &noise.to_string()]);
-        let facts = Facts::of(&mut task)?;
-        Ok((facts.number("vertices")?, facts.number("faces")?))
+        Facts::of(&mut task)?.summary()
     }
 
     /// Remeshes to √3 connectivity.
@@ -98,6 +115,7 @@ impl Program {
             connectivity_bytes: facts.number("connectivity_bytes")?,
             base_vertices: facts.number("base_vertices")?,
             seconds: facts.number("seconds")?,
+            cpu_seconds: facts.number("cpu_seconds")?,
             peak_bytes: facts.number("peak_bytes")?,
         })
     }
@@ -127,12 +145,28 @@ impl Program {
             vertices: facts.number("vertices")?,
             faces: facts.number("faces")?,
             seconds: facts.number("seconds")?,
+            cpu_seconds: facts.number("cpu_seconds")?,
             peak_bytes: facts.number("peak_bytes")?,
         })
     }
 
+    /// Instructions of the processes that encode a mesh and decode it, reading and writing included.
+    pub fn instructions(&self, mesh: &Path, tct: &Path, bits: u8) -> Result<[u64; 2]> {
+        let (mesh, tct) = (mesh.to_string_lossy(), tct.to_string_lossy());
+        Ok([
+            callgrind::instructions(&self.path, &["encode", &mesh, &tct, &bits.to_string(), &self.effort])?,
+            callgrind::instructions(&self.path, &["decode", &tct])?,
+        ])
+    }
+
     fn task(&self, name: &str) -> Command {
-        command(&self.path.to_string_lossy(), &[name])
+        let mut task = command(&self.path.to_string_lossy(), &[name]);
+        if self.returns_freed_memory {
+            // Blocks from this size on, glibc's own choice at first, are mapped and unmapped one by one. Only
+            // if it is not set does the size grow with what is freed.
+            task.env("MALLOC_MMAP_THRESHOLD_", "131072");
+        }
+        task
     }
 }
 
@@ -142,6 +176,14 @@ struct Facts(String);
 impl Facts {
     fn of(task: &mut Command) -> Result<Self> {
         capture(task).map(Facts)
+    }
+
+    fn summary(&self) -> Result<Summary> {
+        Ok(Summary {
+            vertices: self.number("vertices")?,
+            faces: self.number("faces")?,
+            side: self.number("side")?,
+        })
     }
 
     fn number<T: std::str::FromStr>(&self, name: &str) -> Result<T> {

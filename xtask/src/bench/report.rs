@@ -1,7 +1,10 @@
 //! The tables of `BENCHMARKS.md`.
 
 use super::ours::Remeshed;
+use super::peers::{self, LOD_RATIO, LOD_VERTICES, PEERS, Peer, PeersRow};
 use super::rate::RateRow;
+use super::scale::{self, Direction, ScaleRow};
+use super::spread::Spread;
 use crate::process::{capture, command};
 use std::fmt::Write;
 
@@ -17,7 +20,7 @@ pub struct LatticeRow {
     /// What Draco's decoder returns.
     pub draco_vertices: u64,
     /// Encoding and decoding rate, as ratios to Draco's level 10.
-    pub rates: Option<(f64, f64)>,
+    pub rates: Option<(Spread, Spread)>,
     pub encode_peak: u64,
     pub decode_peak: u64,
 }
@@ -87,7 +90,8 @@ pub fn opening(words: &[String]) -> String {
          - Sizes are bits per vertex of the input, everything counted; \"Draco\" is the smaller of its\n  \
            levels 7 and 10 on the same lattice, and \"size\" our bytes over its.\n\
          - Rates are ratios to Draco level 10 in the same run, the median of paired runs, each a new\n  \
-           process that times coding alone; above 1 is faster than Draco. Smaller meshes are not timed.\n\
+           process that times coding alone, with their quartiles; above 1 is faster than Draco. Smaller meshes\n  \
+           are not timed.\n\
          - Memory is the whole process at its fullest, less what it had at its start, in bytes per vertex.\n\
          - \"kept\" is how many of the vertices Draco returns: it drops unreferenced ones and degenerate\n  \
            faces, and tears vertices on what is not an oriented manifold. We return all.\n",
@@ -129,7 +133,7 @@ pub fn lattice(title: &str, rows: &[LatticeRow]) -> String {
     );
     for row in rows {
         let bits = |bytes: u64| 8.0 * row.per_vertex(bytes);
-        let rate = |rate: Option<f64>| rate.map_or("–".into(), |rate| format!("{rate:.2}"));
+        let rate = |rate: Option<Spread>| rate.map_or("–".into(), |rate| with_quartiles(rate, 2));
         writeln!(
             text,
             "| {} | {} | {} | {:.2} | {:.2} | {:.2} | {:.2} | {:.3} | {} | {} | {:.0} | {:.0} | {} |",
@@ -157,8 +161,8 @@ pub fn lattice(title: &str, rows: &[LatticeRow]) -> String {
         mean(&|row| Some(8.0 * row.per_vertex(row.bytes)), 2),
         mean(&|row| Some(8.0 * row.per_vertex(row.draco_bytes)), 2),
         mean(&|row| Some(row.size_ratio()), 3),
-        mean(&|row| row.rates.map(|rates| rates.0), 2),
-        mean(&|row| row.rates.map(|rates| rates.1), 2),
+        mean(&|row| row.rates.map(|rates| rates.0.median), 2),
+        mean(&|row| row.rates.map(|rates| rates.1.median), 2),
         mean(&|row| Some(row.per_vertex(row.encode_peak)), 0),
         mean(&|row| Some(row.per_vertex(row.decode_peak)), 0),
     )
@@ -248,6 +252,105 @@ pub fn exact(rows: &[ExactRow]) -> String {
     }
     let mean = geometric_mean(rows.iter().map(ExactRow::size_ratio));
     text + &mean.map_or(String::new(), |mean| format!("| *geometric mean* | | | | | **{mean:.3}** |\n"))
+}
+
+/// The table of several peers.
+pub fn peers(rows: &[PeersRow]) -> String {
+    let title = |peer: Peer| match peer {
+        Peer::Draco7 => "Draco 7",
+        Peer::Draco10 => "Draco 10",
+        Peer::Gltfpack => "gltfpack + zstd",
+        Peer::OpenCtm => "OpenCTM",
+        Peer::Chain => "chain of Draco 10",
+    };
+    let keeps = |peer: Peer| match peer {
+        Peer::Draco7 | Peer::Draco10 => "most vertices",
+        Peer::Gltfpack => "distinct used vertices",
+        Peer::OpenCtm => "all",
+        Peer::Chain => "most vertices",
+    };
+    let cells = |cell: &dyn Fn(usize) -> String| -> String {
+        (0..PEERS.len()).map(|peer| format!(" {} |", cell(peer))).collect()
+    };
+    let mut text = format!(
+        "\n## Against several peers, on a lattice of {bits} bits\n\n\
+         \"Ours\" are bits per vertex; of each peer stands our size over its. All round to the same lattice: gltfpack\n\
+         by `-cz -vp {bits}`, followed by `zstd -19`; OpenCTM by its method MG2 at level 9, to multiples of the lattice's\n\
+         step. Only OpenCTM and we return the vertices and faces that we are given. A chain is a file of Draco's\n\
+         level 10 for the mesh and for each of its simplifications (meshoptimizer, vertices chosen), by 1/{LOD_RATIO} from one to\n\
+         the next, down to some {LOD_VERTICES} vertices: all bytes, and the time of all. Rates are of meshes of more than\n\
+         10 000 vertices, ours over the peer's in paired runs, where the peer tells the time of coding; OpenCTM's includes a file.\n\n\
+         | mesh | vertices | ours |{}\n|---|--:|--:|{}\n| *keeps* | | all |{}\n",
+        cells(&|peer| title(PEERS[peer]).into()),
+        "--:|".repeat(PEERS.len()),
+        cells(&|peer| keeps(PEERS[peer]).into()),
+        bits = peers::BITS,
+    );
+    for row in rows {
+        let ours = 8.0 * row.bytes as f64 / row.vertices as f64;
+        let ratio = |peer: usize| format!("{:.3}", row.bytes as f64 / row.against[peer].bytes as f64);
+        text += &format!("| {} | {} | {ours:.2} |{}\n", row.mesh, row.vertices, cells(&ratio));
+    }
+    let mean = |peer: usize| {
+        geometric_mean(rows.iter().map(|row| row.bytes as f64 / row.against[peer].bytes as f64))
+            .map_or("–".into(), |mean| format!("**{mean:.3}**"))
+    };
+    let of_sizes = |shown: &dyn Fn(Spread) -> String| {
+        cells(&|peer| peers::size_spread(rows, peer).map_or("–".into(), shown))
+    };
+    let of_rates = |direction: usize| {
+        cells(&|peer| {
+            peers::rate_spread(rows, peer, direction).map_or("–".into(), |rate| with_quartiles(rate, 2))
+        })
+    };
+    text + &format!(
+        "| *geometric mean* | | |{}\n| *median, quartiles* | | |{}\n| *least, greatest* | | |{}\n\
+         | *encode rate: median, quartiles* | | |{}\n| *decode rate: median, quartiles* | | |{}\n",
+        cells(&mean),
+        of_sizes(&|size| with_quartiles(size, 3)),
+        of_sizes(&|size| format!("{:.3}–{:.3}", size.least, size.greatest)),
+        of_rates(0),
+        of_rates(1),
+    )
+}
+
+/// The table of how costs grow with the mesh.
+pub fn scale(rows: &[ScaleRow]) -> String {
+    let mut text = format!(
+        "\n## Large meshes\n\n\
+         Generated scans (`tercet::shapes::scan`: irregular, a quarter of the vertices in random order) on a lattice of\n\
+         {} bits. Time is that of a processor, a vertex, the median of all runs, and over that at the first size in paired runs,\n\
+         with quartiles; instructions are those of the whole process (callgrind), a vertex. Memory, in bytes a vertex and with\n\
+         the mesh: the process's at its fullest, and where the C library is told to give back at once what is freed\n\
+         (`MALLOC_MMAP_THRESHOLD_=131072`), which is what the library holds.\n\n\
+         | | vertices | bits per vertex | µs | over the first | instructions | memory | held |\n\
+         |---|--:|--:|--:|--:|--:|--:|--:|\n",
+        scale::BITS,
+    );
+    for (d, name) in ["encode", "decode"].into_iter().enumerate() {
+        for row in rows {
+            let Direction { seconds, ratio, instructions, peak_bytes, held_bytes } = &row.directions[d];
+            let each = |amount: u64| format!("{:.0}", amount as f64 / row.vertices as f64);
+            writeln!(
+                text,
+                "| {name} | {} | {:.2} | {:.2} | {} | {} | {} | {} |",
+                row.vertices,
+                8.0 * row.bytes as f64 / row.vertices as f64,
+                1e6 * seconds,
+                with_quartiles(*ratio, 2),
+                instructions.map_or("–".into(), each),
+                each(*peak_bytes),
+                each(*held_bytes),
+            )
+            .expect("a string takes every line");
+        }
+    }
+    text
+}
+
+/// "1.00 (0.90–1.10)".
+fn with_quartiles(Spread { lower, median, upper, .. }: Spread, digits: usize) -> String {
+    format!("{median:.digits$} ({lower:.digits$}–{upper:.digits$})")
 }
 
 /// The mean of positive values, as exp of the mean logarithm; none of none.

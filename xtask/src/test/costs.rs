@@ -5,7 +5,8 @@
 //! `cargo xtask costs`, in the same commit.
 
 use super::{Outcome, Setting};
-use crate::process::{capture, command, debian_packages, root, target_dir};
+use crate::callgrind::{self, instructions};
+use crate::process::{capture, command, root, target_dir};
 use anyhow::{Context, Result, bail, ensure};
 use std::fmt::Write;
 use std::fs;
@@ -79,7 +80,7 @@ fn version() -> Result<String> {
 }
 
 fn measure(target: &Path) -> Result<Vec<Cost>> {
-    debian_packages(&["valgrind"])?;
+    callgrind::set_up()?;
     let build = ["build", "--quiet", "--release", "--locked", "--package=tercet", "--example=costs"];
     capture(command("cargo", &build).env("CARGO_TARGET_DIR", target))?;
     let program = target.join("release/examples/costs");
@@ -95,18 +96,6 @@ fn cost(program: &Path, file: &PathBuf, case: &str) -> Result<Cost> {
     let bytes = fs::metadata(file)?.len();
     let decode = instructions(program, &["decode", &path])?;
     Ok(Cost { case: case.to_owned(), bytes, instructions: [encode, decode] })
-}
-
-/// Instructions that the program takes.
-fn instructions(program: &Path, words: &[&str]) -> Result<u64> {
-    let mut counter = command("valgrind", &["--tool=callgrind", "--callgrind-out-file=/dev/null"]);
-    counter.arg(program).args(words);
-    let output = counter.output().context("starting valgrind")?;
-    let report = String::from_utf8_lossy(&output.stderr);
-    ensure!(output.status.success(), "valgrind: {}\n{}", output.status, report.trim_end());
-    let count = report.lines().find_map(|line| line.split_once("Collected : "));
-    let (_, count) = count.context("valgrind told no count")?;
-    count.trim().parse().context("a count of instructions")
 }
 
 fn parse(record: &str) -> Result<(String, Vec<Cost>)> {

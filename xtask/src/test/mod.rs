@@ -54,7 +54,7 @@ const STAGES: [Stage; 12] = [
 pub fn run(words: &[String]) -> Result<()> {
     let mut arguments = Arguments::new(words);
     let only = arguments.list::<String>("--only")?;
-    let fuzz_seconds = arguments.value("--fuzz-seconds")?.unwrap_or(20);
+    let fuzz_seconds = arguments.value("--fuzz-seconds")?.unwrap_or(10);
     arguments.finish()?;
     let names = STAGES.map(|stage| stage.name);
     if let Some(unknown) = only.iter().flatten().find(|name| !names.contains(&name.as_str())) {

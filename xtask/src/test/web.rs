@@ -54,9 +54,9 @@ pub fn browser(setting: &Setting) -> Result<Outcome> {
     let mut tests = tests(&web, "test/out/browser", &fixtures(setting)?);
     tests.env("TERCET_VIEWER", &viewer).env("TERCET_SCREENSHOTS", &pictures);
     tests.env("TERCET_CHROMIUM", chromium.unwrap_or("chromium"));
-    // The server that the page is tried with; how fast it is does not matter.
-    run(command("cargo", &["build", "--quiet", "--locked", "--package=tercet-cli"]))?;
-    tests.env("TERCET_COMMAND", setting.target.join("debug/tercet"));
+    // The server that the page is tried with: the program that the stage `readme` has built already.
+    run(command("cargo", &["build", "--release", "--quiet", "--locked"]))?;
+    tests.env("TERCET_COMMAND", setting.target.join("release/tercet"));
     run(tests)?;
     Ok(Outcome::Passed(format!("screenshots in {}", pictures.display())))
 }

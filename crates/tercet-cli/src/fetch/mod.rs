@@ -127,17 +127,17 @@ impl Transfer {
             // A decoder that has ended early has found the bytes to be damaged.
             if fault.is_none() || progress.decoding.has_ended() {
                 let info = progress.info.take();
-                let Outcome { best, preview, damage } = progress.decoding.finish().await;
-                let Some(damage) = damage else {
-                    return Ok(Fetched { best: preview.or(best), info, part: self.part, failure: None });
+                let mut outcome = progress.decoding.finish().await;
+                let Some(damage) = outcome.damage.take() else {
+                    return Ok(self.ended(outcome, info, None));
                 };
-                let sound = best.as_ref().map(|level| level.level);
+                let sound = outcome.best.as_ref().map(|level| level.level);
                 if damaged_before == Some(sound) {
-                    let failure = Some(damage.context("damaged twice in the same place"));
-                    return Ok(Fetched { best: preview.or(best), info, part: self.part, failure });
+                    let failure = damage.context("damaged twice in the same place");
+                    return Ok(self.ended(outcome, info, Some(failure)));
                 }
                 damaged_before = Some(sound);
-                self.part.truncate(sound_bytes(&best, info.as_ref()))?;
+                self.part.truncate(sound_bytes(&outcome.best, info.as_ref()))?;
                 progress = self.resumed().await?;
                 fault = Some(Fault::transient(damage));
             }
@@ -164,8 +164,13 @@ impl Transfer {
             }
         };
         let info = progress.info.take();
-        let Outcome { best, preview, .. } = progress.decoding.finish().await;
-        Ok(Fetched { best: preview.or(best), info, part: self.part, failure: Some(failure) })
+        let outcome = progress.decoding.finish().await;
+        Ok(self.ended(outcome, info, Some(failure)))
+    }
+
+    /// What the transfer came to. A level that is there in part is finer than the best whole one.
+    fn ended(self, outcome: Outcome, info: Option<Info>, failure: Option<anyhow::Error>) -> Fetched {
+        Fetched { best: outcome.preview.or(outcome.best), info, part: self.part, failure }
     }
 
     /// A decoder that has seen what is there already.

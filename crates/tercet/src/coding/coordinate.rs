@@ -149,6 +149,7 @@ static FEW: [u8; 256] = {
 };
 
 /// The models of coordinates; they live as long as the file.
+#[derive(Clone)]
 pub(super) struct CoordinateModels {
     by_context: Box<[[Counter; NODES]; CONTEXTS]>,
     by_split: [Box<[[Counter; NODES]; SPLITS]>; LISTS],

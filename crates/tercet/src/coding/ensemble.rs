@@ -43,6 +43,7 @@ const TRAILS: usize = 64;
 type Trail = [Roughness; EXPERTS];
 
 /// The models of positions; they live as long as the file.
+#[derive(Clone)]
 pub(crate) struct EnsembleModels {
     residual: Residual,
     spread: FineSpread,

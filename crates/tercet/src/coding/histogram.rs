@@ -7,6 +7,7 @@ const VALUES: usize = 1 << 16;
 
 /// Numbers of values, for sums over ranges in logarithmic time (Fenwick, "A new data structure for
 /// cumulative frequency tables", 1994).
+#[derive(Clone)]
 pub(crate) struct Histogram {
     /// Entry i has the number of the values from i less its lowest one bit on, below i.
     sums: Vec<u32>,

@@ -2,19 +2,16 @@
 
 use super::axes::AxisOrder;
 use super::base::code_base;
-#[cfg(feature = "max")]
-use super::ensemble::EnsembleModels;
 use super::flip::FlipModels;
 use super::model::number;
-use super::pass::{Pass, Progress, Roughness};
-use super::position::PositionModels;
+use super::pass::{Pass, Roughness};
+use super::positions::Positions;
 use super::predict::estimate;
+use super::region::{Field, Regions, regions};
 use super::relax::{ESTIMATE_BITS, precise, relax, rounded};
 use super::ring::{LATE, NEAR, Shares};
 use super::shape::Shapes;
 use super::split::SplitModels;
-use super::tabled::TableModels;
-use super::traversal::Traversal;
 use super::vector::{COORDINATE_LIMIT, Point, Vector};
 use crate::entropy::Coder;
 use crate::mesh::{NONE, Surface};
@@ -29,13 +26,15 @@ use std::borrow::Cow;
 pub(crate) struct Levels {
     split: SplitModels,
     flip: FlipModels,
-    position: Positions,
+    /// Of each region.
+    position: Vec<Positions>,
     effort: Effort,
+    /// Streams of the positions of a large pass, one a region.
+    streams: u32,
     /// The finest surface so far.
     pub surface: Surface,
-    /// Its positions; those of virtual vertices are meaningless.
-    pub positions: Vec<Point>,
-    rough: Vec<Roughness>,
+    /// What is known of its vertices.
+    pub field: Field,
     /// Where the positions of late levels are still to come.
     late: Option<Late>,
     /// The pass over positions that is going on.
@@ -50,25 +49,6 @@ struct Late {
     estimates: Vec<Point>,
 }
 
-/// The models of positions.
-enum Positions {
-    Mixed(PositionModels),
-    #[cfg(feature = "max")]
-    Ensemble(Box<EnsembleModels>),
-    Tables(TableModels),
-}
-
-impl Positions {
-    fn new(effort: Effort) -> Self {
-        match effort {
-            Effort::Fast => Positions::Tables(TableModels::new()),
-            Effort::Default => Positions::Mixed(PositionModels::new()),
-            #[cfg(feature = "max")]
-            Effort::Max => Positions::Ensemble(Box::new(EnsembleModels::new())),
-        }
-    }
-}
-
 /// A pass over positions that has begun and not ended.
 struct Open {
     first: u32,
@@ -77,7 +57,8 @@ struct Open {
     shares: &'static Shares,
     bits: u32,
     origin: Point,
-    progress: Progress,
+    by_support: bool,
+    regions: Regions,
     lifted: Option<Lifted>,
 }
 
@@ -104,15 +85,15 @@ pub(crate) struct Step {
 }
 
 impl Levels {
-    pub fn new(effort: Effort) -> Self {
+    pub fn new(effort: Effort, streams: u32) -> Self {
         Levels {
             split: SplitModels::new(effort),
             flip: FlipModels::new(effort),
-            position: Positions::new(effort),
+            position: vec![Positions::new(effort)],
             effort,
+            streams,
             surface: Surface::default(),
-            positions: Vec::new(),
-            rough: Vec::new(),
+            field: Field::default(),
             late: None,
             open: None,
         }
@@ -153,7 +134,7 @@ impl Levels {
         let size = |p: &Point| (0..3).map(|k| p[k].wrapping_sub(origin[k]) as u32).max().unwrap_or(0);
         let largest = real.iter().map(size).max().unwrap_or(0);
         let bits = coder.raw(32 - largest.leading_zeros(), 5);
-        self.positions = vec![[0; 3]; virtuals];
+        self.field.positions = vec![[0; 3]; virtuals];
         self.begin(self.surface.virtuals, Vec::new(), AxisOrder::NormalLast, &NEAR);
         if let Some(open) = &mut self.open {
             (open.bits, open.origin) = (bits, origin);
@@ -163,73 +144,93 @@ impl Levels {
     /// Begins a pass over the positions of the vertices from `first` on, which have these estimates. Until
     /// they are coded they lie there.
     fn begin(&mut self, first: u32, estimates: Vec<Vector>, order: AxisOrder, shares: &'static Shares) {
-        let surface = &self.surface;
-        self.positions.truncate(first as usize);
-        self.positions.extend(estimates.iter().map(|&e| round(e)));
-        self.positions.resize(surface.vertices as usize, [0; 3]);
-        self.rough.resize(surface.vertices as usize, Roughness::START);
-        let by_support = order == AxisOrder::NormalLast && !matches!(self.position, Positions::Tables(_));
-        let traversal = if by_support {
-            Traversal::by_support(surface, first)
-        } else {
-            Traversal::by_number(surface, first)
-        };
-        #[cfg(feature = "max")]
-        if let Positions::Ensemble(models) = &mut self.position {
-            models.begin(surface, first, &self.positions, &self.rough);
+        let (surface, Field { positions, rough }) = (&self.surface, &mut self.field);
+        positions.truncate(first as usize);
+        positions.extend(estimates.iter().map(|&e| round(e)));
+        positions.resize(surface.vertices as usize, [0; 3]);
+        // Levels grow by a factor already: room for twice as many would stay empty at the last one.
+        rough.reserve_exact(surface.vertices as usize - rough.len());
+        rough.resize(surface.vertices as usize, Roughness::START);
+        let by_support = Positions::visit_by_support(self.effort, order);
+        let count = regions(self.streams, surface.vertices - first, by_support);
+        while self.position.len() < count as usize {
+            self.position.push(self.position[0].clone());
         }
-        let progress = Progress::new(traversal, estimates.len());
-        self.open =
-            Some(Open { first, estimates, order, shares, bits: 0, origin: [0; 3], progress, lifted: None });
+        self.open = Some(Open {
+            first,
+            estimates,
+            order,
+            by_support,
+            shares,
+            bits: 0,
+            origin: [0; 3],
+            regions: Regions::new(count),
+            lifted: None,
+        });
     }
 
     /// Codes the positions of the pass that has begun, of `targets` when encoding: one entry a vertex of it.
-    /// Whether all are coded; if not, bytes are missing, and the next call goes on. Time O(n).
-    pub fn positions<C: Coder>(&mut self, coder: &mut C, targets: &[Point]) -> bool {
-        let Some(mut open) = self.open.take() else { return true };
+    /// There is a coder for each of its [`regions`], or for the first of them. Whether all are coded; if not, bytes are missing, and the
+    /// next call goes on. Time O(n).
+    pub fn positions<C: Coder + Send>(&mut self, coders: &mut [C], targets: &[Point]) -> bool {
+        let Some(Open { first, estimates, order, by_support, shares, bits, origin, regions, lifted }) =
+            &mut self.open
+        else {
+            return true;
+        };
         let pass = Pass {
             surface: &self.surface,
-            first: open.first,
-            estimates: &open.estimates,
-            order: open.order,
-            shares: open.shares,
-            bits: open.bits,
-            origin: open.origin,
+            first: *first,
+            estimates,
+            order: *order,
+            by_support: *by_support,
+            shares,
+            bits: *bits,
+            origin: *origin,
         };
-        let (progress, positions, rough) = (&mut open.progress, &mut self.positions, &mut self.rough);
-        let done = match &mut self.position {
-            Positions::Mixed(models) => models.code(coder, &pass, progress, targets, positions, rough),
-            #[cfg(feature = "max")]
-            Positions::Ensemble(models) => models.code(coder, &pass, progress, targets, positions, rough),
-            Positions::Tables(models) => models.code(coder, &pass, progress, targets, positions, rough),
-        };
-        match (done, &open.lifted) {
-            (false, _) => self.open = Some(open),
-            (true, Some(lifted)) => lifted.undo(&mut self.positions),
-            (true, None) => {}
+        let done = regions.code(&pass, &mut self.position, coders, targets, &mut self.field);
+        if done {
+            if let Some(lifted) = lifted {
+                lifted.undo(&mut self.field.positions);
+            }
+            self.open = None;
         }
         done
+    }
+
+    /// How many streams a pass over `vertices` new vertices has, those of a step of `kind` if they come from
+    /// one, in a file of so many `streams`.
+    pub fn streams(effort: Effort, streams: u32, kind: Option<StepKind>, vertices: u32) -> u32 {
+        regions(streams, vertices, Positions::visit_by_support(effort, axis_order(kind)))
+    }
+
+    /// How many regions the pass over positions that has begun has.
+    pub fn regions(&self) -> usize {
+        self.open.as_ref().map_or(1, |open| open.regions.count())
     }
 
     /// How many vertices lie where they are expected: their positions are still to come.
     pub fn pending(&self) -> u32 {
         let late = self.late.as_ref().map_or(0, |late| late.estimates.len());
-        let open = self.open.as_ref().map_or(0, |open| open.progress.traversal.left());
+        let open = self
+            .open
+            .as_ref()
+            .map_or(0, |open| (self.surface.vertices - open.first) as usize - open.regions.coded());
         (late + open) as u32
     }
 
     /// The positions as far as they are known: of vertices still to come where they are expected. Those of
     /// virtual vertices are meaningless. Nothing while those of the base are being coded.
     pub fn known_positions(&self) -> Option<Cow<'_, [Point]>> {
-        match &self.open {
-            Some(open) if open.estimates.is_empty() => None,
-            Some(Open { lifted: Some(lifted), .. }) => {
-                let mut positions = self.positions.clone();
-                lifted.undo(&mut positions);
-                Some(positions.into())
-            }
-            _ => Some((&self.positions).into()),
+        let Some(open) = &self.open else { return Some((&self.field.positions).into()) };
+        if open.estimates.is_empty() {
+            return None;
         }
+        let mut positions = open.regions.positions(open.first, &self.field);
+        if let Some(lifted) = &open.lifted {
+            lifted.undo(positions.to_mut());
+        }
+        Some(positions)
     }
 
     /// Codes the connectivity of a step. When encoding an `Adaptive` one, `split` and `flip` say
@@ -259,7 +260,7 @@ impl Levels {
             return Err(Error::format("level", "a step that does not apply to the boundary"));
         }
         if kind != StepKind::Adaptive {
-            let estimates = predict_regular(surface, kind, &self.positions);
+            let estimates = predict_regular(surface, kind, &self.field.positions);
             announced(estimates.len() as u64)?;
             let refined = refine_regular(surface, kind)
                 .ok_or_else(|| Error::format("level", "a step that does not apply to the boundary"))?;
@@ -267,36 +268,42 @@ impl Levels {
         }
         split.resize(surface.faces() as usize, false);
         flip.resize(surface.vertex.len(), false);
-        let shapes = Shapes::new(surface, &self.positions);
-        self.split.code(coder, surface, &shapes, &self.positions, &mut split);
+        let shapes = Shapes::new(surface, &self.field.positions);
+        self.split.code(coder, surface, &shapes, &self.field.positions, &mut split);
         announced(split.iter().filter(|&&s| s).count() as u64)?;
-        let estimates = estimate(surface, &self.positions, &shapes, &split);
-        self.positions.extend(estimates.iter().map(|&e| round(e)));
-        self.flip.code(coder, surface, &shapes, &self.positions, &split, &mut flip);
-        self.positions.truncate(surface.vertices as usize);
+        let estimates = estimate(surface, &self.field.positions, &shapes, &split);
+        self.field.positions.reserve_exact(estimates.len());
+        self.field.positions.extend(estimates.iter().map(|&e| round(e)));
+        self.flip.code(coder, surface, &shapes, &self.field.positions, &split, &mut flip);
+        self.field.positions.truncate(surface.vertices as usize);
+        drop(shapes);
         Ok(Step { kind, refined: refine(surface, &split, &flip), estimates })
     }
 
     /// The real vertices of the surface that `step` leads to, as they would lie without details: the
     /// old ones where they are, the new ones where they are expected.
     pub fn without_details(&self, step: &Step) -> Vec<Point> {
-        let old = &self.positions[self.surface.virtuals as usize..];
+        let old = &self.field.positions[self.surface.virtuals as usize..];
         old.iter().copied().chain(step.estimates.iter().map(|&e| round(e))).collect()
     }
 
     /// Makes the surface of a step the current one and begins the pass over its new vertices.
     pub fn begin_step(&mut self, step: Step, rule: Update) {
+        let Step { kind, refined: Refined { surface, first: heirs }, estimates } = step;
         let first = self.surface.vertices;
-        let coarse = std::mem::replace(&mut self.surface, step.refined.surface);
-        let kind = step.kind;
-        let order = if kind == StepKind::Adaptive { AxisOrder::NormalLast } else { AxisOrder::NormalFirst };
-        self.begin(first, step.estimates, order, &NEAR);
-        // Only undoing an update asks for the coarse surface again.
-        if let Some(open) = &mut self.open
-            && kind != StepKind::Adaptive
-            && rule != Update::None
-        {
-            open.lifted = Some(Lifted { coarse, kind, rule });
+        let coarse = std::mem::replace(&mut self.surface, surface);
+        // Only undoing an update asks for the coarse surface again; else it goes before the pass takes memory.
+        let lifted = match (kind, rule) {
+            (StepKind::Adaptive, _) | (_, Update::None) => {
+                drop(coarse);
+                None
+            }
+            _ => Some(Lifted { coarse, kind, rule }),
+        };
+        drop(heirs);
+        self.begin(first, estimates, axis_order(Some(kind)), &NEAR);
+        if let Some(open) = &mut self.open {
+            open.lifted = lifted;
         }
     }
 
@@ -304,7 +311,7 @@ impl Levels {
     /// expected, smoothed together with those of the late levels before.
     pub fn late_step(&mut self, step: Step) {
         let first = self.late.as_ref().map_or(self.surface.vertices, |late| late.first);
-        let known = self.positions[..first as usize].iter().map(|&p| precise(p));
+        let known = self.field.positions[..first as usize].iter().map(|&p| precise(p));
         let before = self.late.take().into_iter().flat_map(|late| late.estimates);
         let spare = FRACTION_BITS - ESTIMATE_BITS;
         let new = step
@@ -315,8 +322,8 @@ impl Levels {
         self.surface = step.refined.surface;
         relax(&self.surface, &mut points, first, self.effort);
         let estimates = points.split_off(first as usize);
-        self.positions.truncate(first as usize);
-        self.positions.extend(estimates.iter().map(|&p| rounded(p)));
+        self.field.positions.truncate(first as usize);
+        self.field.positions.extend(estimates.iter().map(|&p| rounded(p)));
         self.late = Some(Late { first, estimates });
     }
 
@@ -331,8 +338,16 @@ impl Levels {
         let spare = FRACTION_BITS - ESTIMATE_BITS;
         let estimates = estimates.iter().map(|e| e.map(|x| (x as i64) << spare)).collect();
         // How far estimates are off is nothing that coarser levels could tell.
-        self.position = Positions::new(self.effort);
+        self.position = vec![Positions::new(self.effort)];
         self.begin(first, estimates, AxisOrder::NormalLast, &LATE);
+    }
+}
+
+/// The order of axes on the surface that a step leads to; in the base without one.
+fn axis_order(kind: Option<StepKind>) -> AxisOrder {
+    match kind {
+        None | Some(StepKind::Adaptive) => AxisOrder::NormalLast,
+        Some(_) => AxisOrder::NormalFirst,
     }
 }
 

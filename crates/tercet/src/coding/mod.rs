@@ -25,8 +25,10 @@ mod panel;
 mod pass;
 pub(crate) mod payload;
 mod position;
+mod positions;
 mod predict;
 mod reciprocal;
+mod region;
 mod relax;
 #[cfg(feature = "max")]
 mod residual;

@@ -43,6 +43,15 @@ impl Roughness {
         if kind == NORMAL { self.normal } else { self.tangential }
     }
 
+    /// Adds what another account of the same vertex has changed.
+    pub fn add_change(&mut self, before: Roughness, after: Roughness) {
+        let sum = |x: u32, before: u32, after: u32| {
+            (x.wrapping_sub(before) as i32).saturating_add(after as i32).max(0)
+        };
+        self.tangential = sum(self.tangential, before.tangential, after.tangential) as u32;
+        self.normal = sum(self.normal, before.normal, after.normal) as u32;
+    }
+
     pub fn blend(&mut self, other: Roughness) {
         self.tangential = (self.tangential * 7 + other.tangential) / 8;
         self.normal = (self.normal * 7 + other.normal) / 8;
@@ -57,6 +66,8 @@ pub(crate) struct Pass<'a> {
     /// Estimates of the vertices to be coded, in 1/256; empty if there are none.
     pub estimates: &'a [Vector],
     pub order: AxisOrder,
+    /// Whether the best supported vertex comes next, or that of the next number.
+    pub by_support: bool,
     /// How the expectations of a vertex make its first one.
     pub shares: &'static Shares,
     /// Width of a coordinate where nothing near is known, and what is subtracted from it.

@@ -17,6 +17,7 @@ use crate::entropy::Coder;
 use crate::subdivide::FRACTION_BITS;
 
 /// The models of positions; they live as long as the file.
+#[derive(Clone)]
 pub(crate) struct PositionModels {
     coordinate: CoordinateModels,
     spread: Spread,

@@ -138,6 +138,7 @@ const FREQUENCY_BINS: usize = 8;
 pub(crate) type InitialWeights<const V: usize> = fn(usize) -> [[i16; 8]; V];
 
 /// The models of coordinates; they live as long as the file.
+#[derive(Clone)]
 pub(crate) struct ResidualModels<
     const E: usize,
     const K: usize,

@@ -11,10 +11,12 @@ const CERTAINTIES: usize = 3;
 
 /// Mean errors of the first expert by kind of axis, class and size of the neighbourhood; they live as long as
 /// the file.
+#[derive(Clone)]
 pub(crate) struct Spread(Vec<ScaleCell>);
 
 /// The same, refined by roughness: what the `max` profile knows.
 #[cfg(feature = "max")]
+#[derive(Clone)]
 pub(crate) struct FineSpread {
     coarse: Spread,
     /// By kind of axis, size of the neighbourhood, roughness and how well it is known.

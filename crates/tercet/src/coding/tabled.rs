@@ -16,6 +16,7 @@ use crate::subdivide::FRACTION_BITS;
 use wide::i16x8;
 
 /// The models of positions; they live as long as the file.
+#[derive(Clone)]
 pub(crate) struct TableModels {
     /// By kind of axis, number of neighbours coded before, distance of the neighbours, roughness.
     cells: Vec<ScaleCell>,

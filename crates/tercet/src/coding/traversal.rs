@@ -8,6 +8,7 @@
 //! 1969).
 
 use crate::mesh::{Surface, next, prev};
+use std::ops::Range;
 
 /// What a known neighbour, two of them in one face, and a parallelogram are worth.
 const NEIGHBOUR: u8 = 1;
@@ -18,16 +19,31 @@ const PARALLELOGRAM: u8 = 8;
 const DEGREES: u32 = u128::BITS;
 const HIGHEST: u8 = DEGREES as u8 - 1;
 
+/// A share of a surface: the `index`th `of` so many.
+#[derive(Clone, Copy)]
+pub(crate) struct Share {
+    pub index: u32,
+    pub of: u32,
+}
+
+impl Share {
+    /// The share of `count` items.
+    fn range(self, count: u32) -> Range<u32> {
+        let bound = |i: u32| (count as u64 * i as u64 / self.of as u64) as u32;
+        bound(self.index)..bound(self.index + 1)
+    }
+}
+
 /// Which vertices of a pass are known, and which one comes next.
 pub(crate) struct Traversal {
     /// Real vertices whose positions are known.
     known: Vec<bool>,
-    /// The first vertex to be visited.
+    /// The pass's first vertex.
     first: u32,
     /// For each vertex from `first` on its corner of the smallest number.
     corner: Vec<u32>,
     /// Vertices visited so far: in the order of numbers the next one, counted from `first`.
-    cursor: usize,
+    visited: u32,
     /// The vertices still to be visited, if they are visited by their support.
     queue: Option<Queue>,
 }
@@ -39,11 +55,12 @@ impl Traversal {
         let mut known = vec![false; surface.vertices as usize];
         known[surface.virtuals as usize..first as usize].fill(true);
         let corner = surface.any_corner_from(first);
-        Traversal { known, first, corner, cursor: 0, queue: None }
+        Traversal { known, first, corner, visited: 0, queue: None }
     }
 
-    /// Visits the best supported vertex first, of several the one that has been so longest. Time O(n).
-    pub fn by_support(surface: &Surface, first: u32) -> Self {
+    /// Visits a share of them: those whose corners of the smallest numbers lie in a run of faces, the best
+    /// supported vertex first, of several the one that has been so longest. Time O(n).
+    pub fn by_support(surface: &Surface, first: u32, share: Share) -> Self {
         let mut traversal = Traversal::by_number(surface, first);
         let mut degree = vec![0u8; (surface.vertices - first) as usize];
         for (c, &v) in (0..).zip(&surface.vertex) {
@@ -53,7 +70,9 @@ impl Traversal {
                 *degree = (*degree + by).min(HIGHEST);
             }
         }
-        traversal.queue = Some(Queue::new(degree));
+        let faces = share.range(surface.faces());
+        let mine = |i: u32| faces.contains(&(traversal.corner[i as usize] / 3));
+        traversal.queue = Some(Queue::new(degree, mine));
         traversal
     }
 
@@ -62,25 +81,25 @@ impl Traversal {
         &self.known
     }
 
-    /// How many vertices are still to be visited.
-    pub fn left(&self) -> usize {
-        self.corner.len() - self.cursor
+    /// How many vertices have been visited.
+    pub fn visited(&self) -> usize {
+        self.visited as usize
     }
 
     /// The vertex to be visited and a corner of it, if one is left.
     pub fn next(&self) -> Option<(u32, u32)> {
         let i = match &self.queue {
             Some(queue) => queue.first()?,
-            None => self.cursor,
+            None => self.visited,
         };
-        self.corner.get(i).map(|&corner| (self.first + i as u32, corner))
+        self.corner.get(i as usize).map(|&corner| (self.first + i, corner))
     }
 
     /// Notes that the vertex at `corner`, which was next, is known. Time O(valence).
     pub fn reach(&mut self, surface: &Surface, corner: u32) {
         let v = surface.at(corner);
         self.known[v as usize] = true;
-        self.cursor += 1;
+        self.visited += 1;
         let Some(queue) = &mut self.queue else { return };
         queue.remove(v - self.first);
         // Across an edge from the vertex to a member of its ring lie that member's two neighbours in the ring:
@@ -157,19 +176,25 @@ struct Queue {
 }
 
 impl Queue {
-    /// One item for each of the degrees.
-    fn new(degree: Vec<u8>) -> Self {
+    /// Items by their degrees, as far as they are `mine`.
+    fn new(degree: Vec<u8>, mine: impl Fn(u32) -> bool) -> Self {
         let count = degree.len() as u32;
         let rings: Vec<u32> = (0..count + DEGREES).collect();
         let mut queue = Queue { degree, after: rings.clone(), before: rings, occupied: 0 };
-        (0..count).for_each(|i| queue.append(i));
+        for i in 0..count {
+            match mine(i) {
+                true => queue.append(i),
+                // Never raised, so never in a ring.
+                false => queue.degree[i as usize] = HIGHEST,
+            }
+        }
         queue
     }
 
     /// The first item of the highest degree.
-    fn first(&self) -> Option<usize> {
+    fn first(&self) -> Option<u32> {
         let degree = self.occupied.checked_ilog2()?;
-        Some(self.after[self.degree.len() + degree as usize] as usize)
+        Some(self.after[self.degree.len() + degree as usize])
     }
 
     fn raise(&mut self, i: u32, by: u8) {
@@ -211,6 +236,8 @@ mod tests {
     use crate::mesh::cut;
     use crate::shapes::{grid, sphere, torus};
 
+    const WHOLE: Share = Share { index: 0, of: 1 };
+
     /// All vertices in the order of their visits.
     fn visits(surface: &Surface, mut traversal: Traversal) -> Vec<u32> {
         let mut order = Vec::new();
@@ -242,7 +269,7 @@ mod tests {
             let surface = cut(&mesh).surface;
             for first in [surface.virtuals, surface.virtuals + 20] {
                 let corners = surface.any_corner();
-                let mut traversal = Traversal::by_support(&surface, first);
+                let mut traversal = Traversal::by_support(&surface, first, WHOLE);
                 let mut seen = 0;
                 while let Some((v, corner)) = traversal.next() {
                     let of = |v: u32| support(&surface, corners[v as usize], traversal.known());
@@ -250,7 +277,7 @@ mod tests {
                     assert_eq!(Some(of(v)), best.max());
                     traversal.reach(&surface, corner);
                     seen += 1;
-                    assert_eq!(traversal.left(), (surface.vertices - first - seen) as usize);
+                    assert_eq!(traversal.visited(), seen as usize);
                 }
                 assert_eq!(seen, surface.vertices - first);
             }
@@ -266,13 +293,27 @@ mod tests {
     }
 
     #[test]
+    fn shares_are_parts_of_the_whole() {
+        let surface = cut(&grid(9, 7)).surface;
+        let first = surface.virtuals + 20;
+        let mut all: Vec<u32> = Vec::new();
+        for index in 0..3 {
+            let part = visits(&surface, Traversal::by_support(&surface, first, Share { index, of: 3 }));
+            assert!(part.len() > 3);
+            all.extend(part);
+        }
+        all.sort_unstable();
+        assert!(all.into_iter().eq(first..surface.vertices));
+    }
+
+    #[test]
     fn a_hub_takes_linear_time() {
         // A fan of triangles around one vertex: a step that walked the hub's ring would make it quadratic.
         let count = 200_000u32;
         let mut mesh = crate::Mesh { positions: vec![[0.0; 3]; count as usize + 1], faces: Vec::new() };
         mesh.faces.extend((1..count).map(|v| [0, v, v + 1]));
         let surface = cut(&mesh).surface;
-        let order = visits(&surface, Traversal::by_support(&surface, surface.virtuals));
+        let order = visits(&surface, Traversal::by_support(&surface, surface.virtuals, WHOLE));
         assert_eq!(order.len(), count as usize + 1);
     }
 }

@@ -14,8 +14,8 @@ const LOSSY: u8 = 2;
 /// Flags: the effort.
 const EFFORT: u8 = 3 << EFFORT_SHIFT;
 const EFFORT_SHIFT: u32 = 2;
-/// Streams that a level's bytes consist of; more than one are for regions, in a later version.
-const STREAMS: u32 = 1;
+/// Streams that a large pass over positions has at most: each has models of its own, which take memory.
+pub(crate) const MOST_STREAMS: u32 = 16;
 
 /// What a file says of itself, except where its sections lie.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,6 +23,8 @@ pub(crate) struct Outline {
     /// Whether vertices and faces come back in the order of the original.
     pub(crate) order_kept: bool,
     pub(crate) effort: Effort,
+    /// Streams that a large pass over positions consists of, 1 to [`MOST_STREAMS`].
+    pub(crate) streams: u32,
     pub(crate) precision: Precision,
     /// Vertices of the original mesh.
     pub(crate) vertices: u32,
@@ -48,6 +50,9 @@ impl Outline {
     /// Fails if a rule of the format document is broken.
     pub(super) fn check(&self) -> Result<()> {
         self.precision.check()?;
+        if !(1..=MOST_STREAMS).contains(&self.streams) {
+            return Err(malformed("streams", "there are none, or too many"));
+        }
         section::check_count(self.vertices, "vertices")?;
         section::check_count(self.faces, "faces")?;
         LevelEntry::check_all(&self.levels)?;
@@ -73,7 +78,7 @@ impl Outline {
         let order = if self.order_kept { ORDER_KEPT } else { 0 };
         let lossy = if self.approximation.is_some() { LOSSY } else { 0 };
         let mut out = vec![effort << EFFORT_SHIFT | lossy | order];
-        varint::write(&mut out, STREAMS.into());
+        varint::write(&mut out, self.streams.into());
         self.precision.write(&mut out);
         varint::write(&mut out, self.vertices.into());
         varint::write(&mut out, self.faces.into());
@@ -109,12 +114,13 @@ impl Header {
         };
         let effort = effort.ok_or_else(|| unsupported(format!("flags {flags:#04x}")))?;
         let streams = fields.u32("streams")?;
-        if streams != STREAMS {
+        if !(1..=MOST_STREAMS).contains(&streams) {
             return Err(unsupported(format!("{streams} streams in a level")));
         }
         let mut outline = Outline {
             order_kept: flags & ORDER_KEPT != 0,
             effort,
+            streams,
             precision: Precision::read(&mut fields)?,
             vertices: section::read_count(&mut fields, "vertices")?,
             faces: section::read_count(&mut fields, "faces")?,

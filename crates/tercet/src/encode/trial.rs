@@ -100,7 +100,7 @@ impl Part {
         let (surface, points) = (self.surface.clone(), self.points.clone());
         let hierarchy = Hierarchy::build(surface, points, self.options.scheme, self.options.update, |_| {});
         let adaptive = hierarchy.steps.iter().take_while(|step| step.kind == StepKind::Adaptive).count();
-        let mut writer = Writer::new(hierarchy, &self.options, None, late.min(adaptive));
+        let mut writer = Writer::new(hierarchy, &self.options, None, late.min(adaptive), 1);
         writer.write(|_| {})?;
         let payloads = writer.payloads.iter().chain(&writer.late_payload);
         Ok(payloads.map(Vec::len).sum())

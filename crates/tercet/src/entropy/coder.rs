@@ -35,6 +35,11 @@ pub(crate) trait Coder {
         false
     }
 
+    /// Whether no bytes are missing, now or later.
+    fn is_whole(&self) -> bool {
+        true
+    }
+
     /// Whether [`AHEAD`] more bytes can be read, or all that there are. A loop that can be resumed pauses
     /// where they cannot.
     fn is_ready(&self) -> bool {
@@ -174,15 +179,16 @@ pub(crate) struct Decoder<'a> {
 impl<'a> Decoder<'a> {
     /// Reads all that was written.
     pub fn new(bytes: &'a [u8]) -> Self {
-        Decoder::start(bytes, true)
-    }
-
-    /// Reads from the start of what was written, all of which is there if `whole`, else two words at least.
-    pub fn start(bytes: &'a [u8], whole: bool) -> Self {
-        let mut decoder = Decoder { code: 0, range: u64::MAX, bytes, at: 0, whole };
+        let mut decoder = Decoder { code: 0, range: u64::MAX, bytes, at: 0, whole: true };
         decoder.code = (decoder.word() as u64) << 32;
         decoder.code |= decoder.word() as u64;
         decoder
+    }
+
+    /// Reads from the start of what was written, all of which is there if `whole`; `None` if it is too little
+    /// to begin with.
+    pub fn start(bytes: &'a [u8], whole: bool) -> Option<Self> {
+        (whole || bytes.len() >= 2 * WORD).then(|| Decoder { whole, ..Decoder::new(bytes) })
     }
 
     /// Goes on where another decoder stood; `bytes` begins with those that it had.
@@ -269,6 +275,10 @@ impl Coder for Decoder<'_> {
         self.whole && self.at > self.bytes.len() + SUPPLIED
     }
 
+    fn is_whole(&self) -> bool {
+        self.whole
+    }
+
     fn is_ready(&self) -> bool {
         self.whole || self.at + AHEAD <= self.bytes.len()
     }
@@ -349,7 +359,8 @@ mod tests {
             reaches.push(encoder.reach());
         }
         let bytes = encoder.finish();
-        let mut cursor = Decoder::start(&bytes[..8], false).cursor();
+        assert!(Decoder::start(&bytes[..7], false).is_none());
+        let mut cursor = Decoder::start(&bytes[..8], false).unwrap().cursor();
         let mut read = 0;
         for have in (8..bytes.len()).step_by(777).chain([bytes.len()]) {
             let mut decoder = Decoder::resume(cursor, &bytes[..have], have == bytes.len());

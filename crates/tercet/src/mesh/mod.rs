@@ -4,6 +4,7 @@
 //! Everything from the reverse step on works on a [`Surface`]: a closed, oriented,
 //! manifold corner table without positions.
 
+mod curve;
 mod cut;
 mod lattice;
 mod precision;
@@ -11,6 +12,7 @@ mod surface;
 
 pub use precision::Precision;
 
+pub(crate) use curve::cut_along_curve;
 pub(crate) use cut::{Cut, cut};
 pub(crate) use lattice::{
     Lattice, binary_origin, bounds, box_lattice, decimal_index, decimal_step, decimal_value, power_of_two,

@@ -17,7 +17,7 @@ mod sqrt3;
 use crate::mesh::Surface;
 
 pub(crate) use crate::subdivide::StepKind;
-pub(crate) use adaptive::reduce;
+pub(crate) use adaptive::{BLOCK, reduce};
 pub(crate) use hierarchy::Hierarchy;
 pub(crate) use lift::lift;
 pub use scheme::LevelScheme;

@@ -1,8 +1,9 @@
-//! Small meshes of every kind, and files taken apart and put together again.
+//! Small meshes of every kind, what holds of regular levels, files taken apart and put together again.
 #![allow(dead_code, reason = "every test file uses its own part of this")]
 
 pub mod butterfly;
 pub mod file;
+pub mod regular;
 pub mod sqrt3;
 
 use tercet::shapes::{annulus, grid, icosahedron, join, noisy, scan, shuffled, soup, torus};

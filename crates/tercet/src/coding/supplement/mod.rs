@@ -65,7 +65,7 @@ pub(crate) fn write(levels: &Levels, precision: &Precision, original: Original) 
     let mesh = original.mesh;
     let lattice = Lattice::new(precision);
     let mut sections = Supplements::default();
-    let mut draft = Draft::new(&levels.surface, &levels.positions);
+    let mut draft = Draft::new(&levels.surface, &levels.field.positions);
     let mut source = original.source;
     if source.len() + original.loose.len() > mesh.positions.len() {
         let mut coder = Encoder::new();
@@ -119,7 +119,7 @@ pub(crate) fn read(
 ) -> Result<Mesh> {
     let bytes_each = if sections.order.is_some() { BYTES_PER_ORDERED_ELEMENT } else { BYTES_PER_ELEMENT };
     limits.check("bytes of the mesh", vertices as u64 + faces as u64, bytes_each)?;
-    let mut draft = Draft::new(&levels.surface, &levels.positions);
+    let mut draft = Draft::new(&levels.surface, &levels.field.positions);
     if let Some(bytes) = &sections.merges {
         draft.code_merges(&mut Decoder::new(bytes), levels, &[], 0);
     }
@@ -140,7 +140,7 @@ pub(crate) fn read(
     }
     let positions = match &sections.exactness {
         Some(bytes) => exactness::code(&mut Decoder::new(bytes), precision, &draft.points, &[])?,
-        None => coordinates(&draft.points, precision),
+        None => coordinates(draft.points, precision),
     };
     let mesh = Mesh { positions, faces: draft.faces };
     match &sections.order {
@@ -149,16 +149,16 @@ pub(crate) fn read(
     }
 }
 
-/// What `points` of the lattice stand for.
-pub(crate) fn coordinates(points: &[Point], precision: &Precision) -> Vec<[f32; 3]> {
+/// What `points` of the lattice stand for; in their memory.
+pub(crate) fn coordinates(points: Vec<Point>, precision: &Precision) -> Vec<[f32; 3]> {
     let lattice = Lattice::new(precision);
-    points.iter().map(|&q| lattice.value(q)).collect()
+    points.into_iter().map(|q| lattice.value(q)).collect()
 }
 
 /// The real part of a level as it is, with these `positions`.
 pub(crate) fn surface_mesh(surface: &Surface, positions: &[Point], precision: &Precision) -> Mesh {
     let draft = Draft::new(surface, positions);
-    Mesh { positions: coordinates(&draft.points, precision), faces: draft.faces }
+    Mesh { positions: coordinates(draft.points, precision), faces: draft.faces }
 }
 
 /// The mesh on the way from the finest level to the original, in the decoder's order.
@@ -172,10 +172,10 @@ impl Draft {
     fn new(surface: &Surface, positions: &[Point]) -> Self {
         let virtuals = surface.virtuals;
         let real = (0..surface.faces()).filter(|&f| !surface.is_virtual_face(f));
-        Draft {
-            points: positions[virtuals as usize..].to_vec(),
-            faces: real.map(|f| surface.face(f).map(|v| v - virtuals)).collect(),
-        }
+        // A filter does not know how many it lets pass, and the vector would grow to twice as many.
+        let mut faces = Vec::with_capacity(surface.real_faces() as usize);
+        faces.extend(real.map(|f| surface.face(f).map(|v| v - virtuals)));
+        Draft { points: positions[virtuals as usize..].to_vec(), faces }
     }
 
     /// Codes which vertices are one, and joins them.

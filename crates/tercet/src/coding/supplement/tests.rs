@@ -9,10 +9,13 @@ use proptest::prelude::*;
 fn finest(mesh: &Mesh, precision: &Precision) -> (Levels, crate::mesh::Cut) {
     let cut = cut(mesh);
     let lattice = Lattice::new(precision);
-    let mut levels = Levels::new(Effort::Fast);
+    let mut levels = Levels::new(Effort::Fast, 1);
     levels.surface = cut.surface.clone();
-    levels.positions = vec![[0; 3]; cut.surface.virtuals as usize];
-    levels.positions.extend(cut.vertex_source.iter().map(|&v| lattice.quantise(mesh.positions[v as usize])));
+    levels.field.positions = vec![[0; 3]; cut.surface.virtuals as usize];
+    levels
+        .field
+        .positions
+        .extend(cut.vertex_source.iter().map(|&v| lattice.quantise(mesh.positions[v as usize])));
     (levels, cut)
 }
 
@@ -220,7 +223,7 @@ fn a_short_section_cannot_ask_for_gigabytes() {
     let precision = Precision::Binary { exponent: 0, origin: [0; 3] };
     for counts in [[u32::MAX - 1, 0], [0, u32::MAX - 1]] {
         let limits = Limits { max_memory: 1 << 30 };
-        let result = read(&Levels::new(Effort::Fast), &precision, counts, &sections(), &limits);
+        let result = read(&Levels::new(Effort::Fast, 1), &precision, counts, &sections(), &limits);
         assert!(matches!(result, Err(Error::Limit { .. })));
     }
 }

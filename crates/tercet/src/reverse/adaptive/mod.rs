@@ -32,6 +32,8 @@ mod select;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use select::BLOCK;
+
 use super::Reduction;
 use crate::mesh::Surface;
 

@@ -16,7 +16,7 @@ const LARGEST_WALK: u32 = 30;
 /// Vertices that compete at a time. Going through a large surface in order of score alone
 /// visits memory at random and takes twice the time; blocks of neighbouring numbers stay in
 /// the cache, and their seams cost less than 0.2 % of the positions' bits.
-const BLOCK: usize = 1 << 17;
+pub(crate) const BLOCK: usize = 1 << 17;
 
 /// Chooses odd vertices with their flip sets, in each block of vertices by descending score.
 ///
