@@ -13,8 +13,8 @@
 //! - upper part [m, h) of [l, h): (m−l) + ln(e^(h−m) − 1) − ln(e^(m−l) − 1) + ln(1 + e^l) − ln(1 + e^h), all
 //!   standardised.
 //!
-//! A context and two lists of values that may repeat give counters' opinions beside those of the experts,
-//! and one mixer weighs the six.
+//! Two lists of values that may repeat give counters' opinions beside those of the experts, and one mixer
+//! weighs the five.
 
 use super::axes::KINDS;
 use super::model::number;
@@ -39,8 +39,6 @@ const HALVING_NODES: usize = 3;
 const NODES: usize = FIRST_HALVING + HALVING_NODES;
 const _: () = assert!(NODES.is_power_of_two());
 
-/// Values of the context, up to a power of two.
-const CONTEXTS: usize = (9 * 9 * KINDS).next_power_of_two();
 /// Units, by their logarithm, and kinds of axes.
 const SETTINGS: usize = 4 * KINDS;
 /// Settings, and none, one, two or more candidates in each part of a decision, up to a power of two.
@@ -50,8 +48,8 @@ const SPLITS: usize = (SETTINGS * 4 * 4).next_power_of_two();
 const LIMIT: u16 = 110;
 /// The mixer's rate, in 1/65536.
 const RATE: i32 = 720;
-/// What the experts, the context, the lists and the bias weigh at first, in 1/8192.
-const WEIGHTS: [i16; 8] = [2730, 2730, 2730, 512, 512, 512, 0, 0];
+/// What the experts and the lists weigh at first, in 1/8192.
+const WEIGHTS: [i16; 8] = [2730, 2730, 2730, 512, 512, 0, 0, 0];
 const BIAS: i32 = 77;
 
 /// A distribution of the coordinate.
@@ -65,8 +63,6 @@ pub(super) struct Expert {
 /// What is known of one coordinate.
 pub(super) struct Situation {
     pub experts: [Expert; EXPERTS],
-    /// Bins, nine each, of where two other expectations lie beside the centre.
-    pub beside: [usize; 2],
     pub kind: usize,
     /// Values that it may repeat.
     pub candidates: [Candidates; LISTS],
@@ -151,7 +147,6 @@ static FEW: [u8; 256] = {
 /// The models of coordinates; they live as long as the file.
 #[derive(Clone)]
 pub(super) struct CoordinateModels {
-    by_context: Box<[[Counter; NODES]; CONTEXTS]>,
     by_split: [Box<[[Counter; NODES]; SPLITS]>; LISTS],
     mixer: Mixer,
 }
@@ -161,7 +156,6 @@ struct Walk {
     /// Standardised distance of each expert's centre from the boundary at magnitude 0.
     z: [i32; EXPERTS],
     candidates: Magnitudes,
-    context: usize,
     setting: usize,
     /// Candidates below the bounds of the next decision's two parts.
     low: Subset,
@@ -172,8 +166,7 @@ struct Walk {
 impl Walk {
     /// Turns to the magnitudes below the centre.
     #[inline(always)]
-    fn mirror(&mut self, context: usize) {
-        self.context = context;
+    fn mirror(&mut self) {
         self.z = self.z.map(|z| -z);
         // centre − 1 − v is −1 − (v − centre); what was too far above is too far below.
         self.candidates.0 = !self.candidates.0;
@@ -192,7 +185,6 @@ impl Walk {
 impl CoordinateModels {
     pub fn new() -> Self {
         CoordinateModels {
-            by_context: Box::new([[Counter::NEW; NODES]; CONTEXTS]),
             by_split: [(); LISTS].map(|()| Box::new([[Counter::NEW; NODES]; SPLITS])),
             mixer: Mixer::new(SETTINGS * NODES, |_| [WEIGHTS]),
         }
@@ -204,11 +196,9 @@ impl CoordinateModels {
         let experts = &situation.experts;
         let centre = (experts[0].centre + 128) >> 8;
         let unit = experts[0].scale.unit_bits();
-        let beside = situation.beside[0] * 9 + situation.beside[1];
         let mut walk = Walk {
             z: experts.map(|e| e.scale.standardise((centre << 8) - 128 - e.centre)),
             candidates: Magnitudes::of(situation.candidates.map(|list| list.above(centre))),
-            context: beside * KINDS + situation.kind,
             setting: unit.min(3) as usize * KINDS + situation.kind,
             low: 0,
             middle: 0,
@@ -219,8 +209,7 @@ impl CoordinateModels {
         [walk.low, walk.middle, walk.high] = [-window, 0, window].map(|bound| walk.candidates.below(bound));
         let negative = self.decide(coder, value < centre, SIDE, &walk, walk.z);
         if negative {
-            // Both bins of the context are turned, too.
-            walk.mirror((80 - beside) * KINDS + situation.kind);
+            walk.mirror();
         }
         let magnitude = if negative { centre - 1 - value } else { value - centre };
         let magnitude = self.magnitude(coder, magnitude, unit, experts, &mut walk);
@@ -309,13 +298,12 @@ impl CoordinateModels {
         let node = node & (NODES - 1);
         let [neighbours, parallelograms] = &mut self.by_split;
         let counters = [
-            &mut self.by_context[walk.context & (CONTEXTS - 1)][node],
             &mut neighbours[walk.split(0) & (SPLITS - 1)][node],
             &mut parallelograms[walk.split(1) & (SPLITS - 1)][node],
         ];
         let [first, second, third] = logits;
-        let [context, neighbour, parallelogram] = counters.each_ref().map(|counter| counter.logit() as i32);
-        let opinions = [first, second, third, context, neighbour, parallelogram, 0, BIAS];
+        let [neighbour, parallelogram] = counters.each_ref().map(|counter| counter.logit() as i32);
+        let opinions = [first, second, third, neighbour, parallelogram, 0, 0, BIAS];
         let limit = i16x8::splat(LOGIT_LIMIT as i16);
         let opinions = &[i16x8::from_i32x8_saturate(i32x8::new(opinions)).min(limit).max(-limit)];
         let weights = self.mixer.set(walk.setting * NODES + node);
@@ -337,7 +325,7 @@ mod tests {
 
     fn situation(experts: [Expert; EXPERTS], values: [i32; 8], count: usize) -> Situation {
         let candidates = [Candidates::new(values, count), Candidates::new(values, count / 2)];
-        Situation { experts, beside: [4, 4], kind: 0, candidates }
+        Situation { experts, kind: 0, candidates }
     }
 
     /// A value, centres and mean errors of experts, candidates, how many of them, and whether they know it.

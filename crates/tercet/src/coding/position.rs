@@ -104,14 +104,8 @@ impl PositionModels {
             let mean = self.by_distance[cells[j]].mean(main + distance / 2);
             experts[j] = Expert { centre: centre[j], scale: Scale::new(mean) };
         }
-        // In which of nine bins of the scale another expectation lies.
-        let beside = |other: i64| {
-            let apart = first.scale.standardise(other - first.centre);
-            (((apart * 9) >> 11) + 4).clamp(0, 8) as usize
-        };
         let situation = Situation {
             experts,
-            beside: [centre[1], around.second[axis]].map(beside),
             kind,
             candidates: around.candidates(axis).map(|(values, count)| Candidates::new(values, count)),
         };

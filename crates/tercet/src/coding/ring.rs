@@ -104,6 +104,7 @@ pub(crate) struct Neighbourhood<'a> {
     /// estimate.
     pub predictions: [Vector; EXPERTS],
     /// The second nearest parallelogram, in 1/256.
+    #[cfg_attr(not(feature = "max"), expect(dead_code, reason = "only that effort asks for it"))]
     pub second: Vector,
     /// The mean of the known neighbours, and that of the parallelograms (the corrected estimate without
     /// one), in 1/256.
