@@ -51,6 +51,7 @@ pub(crate) struct Scale {
     /// One lattice step in units of the scale, in 1/256 · 1/65536.
     slope: i64,
     /// log₂ of the mean magnitude (in 1/256), in 1/8.
+    #[cfg_attr(not(feature = "max"), expect(dead_code, reason = "only that effort asks for it"))]
     pub log: usize,
 }
 
