@@ -11,10 +11,12 @@ mod base;
 mod beyond;
 #[cfg(feature = "max")]
 mod births;
+mod coordinate;
 mod counted;
 #[cfg(feature = "max")]
 mod ensemble;
 mod flip;
+#[cfg(feature = "max")]
 mod histogram;
 mod level;
 mod model;
@@ -27,8 +29,10 @@ pub(crate) mod payload;
 mod position;
 mod positions;
 mod predict;
+mod reciprocal;
 mod region;
 mod relax;
+#[cfg(feature = "max")]
 mod residual;
 mod ring;
 mod scale;
