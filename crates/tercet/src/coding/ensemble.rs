@@ -16,7 +16,7 @@ use super::regression::{Regression, standardise};
 use super::residual::{Candidates, Expert, ResidualModels, Situation};
 use super::ring::{Neighbourhood, Ring};
 use super::scale::{Scale, ScaleCell, bin, ratio};
-use super::spread::{Cells, Spread};
+use super::spread::{Cells, FineSpread};
 use super::vector::{Point, Vector, add_to};
 use crate::entropy::Coder;
 use crate::mesh::Surface;
@@ -31,11 +31,10 @@ const HISTOGRAMS: usize = 1;
 pub(super) const VECTORS: usize = 3;
 type Residual = ResidualModels<EXPERTS, CONTEXTS, LISTS, SETS, HISTOGRAMS, VECTORS>;
 
-/// Experts by their numbers. Further ones: 3 the mean of the parallelograms, 4 the second nearest of
+/// Experts by their numbers. Further ones: 2 the corrected estimate, 3 the mean of the parallelograms, 4 the second nearest of
 /// them, 5 the mean of the known neighbours, 6 the estimate as it is, 8 the mean of the reflections.
 const FIT: usize = 0;
 const NEAREST: usize = 1;
-const CORRECTED: usize = 2;
 const REFLECTION: usize = 7;
 const LAPLACIAN: usize = 9;
 const EXPECTED: usize = 10;
@@ -65,7 +64,7 @@ type Trail = [Roughness; TRAILED];
 #[derive(Clone)]
 pub(crate) struct EnsembleModels {
     residual: Residual,
-    spread: Spread,
+    spread: FineSpread,
     /// By expert, kind of axis, distance from the first expert and how far it was off around.
     by_trail: Vec<ScaleCell>,
     /// The known coordinates of each axis.
@@ -106,7 +105,7 @@ impl EnsembleModels {
     pub fn new() -> Self {
         EnsembleModels {
             residual: Residual::new([243, 1536, 1728, 1728, 243], [24, 120, 144, 72, 3], initial_weights),
-            spread: Spread::new(),
+            spread: FineSpread::new(),
             by_trail: vec![ScaleCell::default(); TRAILED * KINDS * DISTANCES * TRAILS],
             histograms: [(); 3].map(|()| Histogram::new()),
             fits: vec![Regression::NEW; KINDS * CLASSES],
@@ -143,7 +142,7 @@ impl EnsembleModels {
     ) -> bool {
         let (mut ring, mut beyond) = (Ring::default(), Beyond::default());
         progress.run(coder, pass, targets, positions, |coder, turn| {
-            ring.gather(pass.surface, turn.corner, turn.known, turn.positions);
+            ring.gather(pass, turn);
             let point = if ring.known() == 0 {
                 plain(coder, pass, turn.target)
             } else {
@@ -228,8 +227,8 @@ impl EnsembleModels {
         let off = |j: usize| exact(value).abs_diff(centre[j]);
         self.spread.learn(&c.place, off(FIT));
         self.deviation.learn(&forecast, off(FIT));
-        for j in 1..TRAILED {
-            self.by_trail[cells[j]].learn(off(j));
+        for (j, cell) in cells.into_iter().enumerate().skip(1) {
+            self.by_trail[cell].learn(off(j));
         }
         value
     }
@@ -341,11 +340,12 @@ impl<'a> Vertex<'a> {
     /// Values of an axis that may repeat: the neighbours', the parallelograms', where the first experts
     /// expect it, and those across the ring's edges.
     fn candidates(&self, axis: usize, experts: &[Expert; EXPERTS]) -> [Candidates; LISTS] {
-        let near = [FIT, NEAREST, CORRECTED].map(|j| experts[j].centre);
-        let [neighbours, parallelograms, _] = self.around.candidates(axis, &near);
-        let mut lists = [neighbours, parallelograms, Candidates::EMPTY, Candidates::EMPTY];
+        let mut lists = [Candidates::EMPTY; LISTS];
         let rounded = |centre: i64| (centre + 128) >> FRACTION_BITS;
-        let middle = rounded(near[0]);
+        let middle = rounded(experts[FIT].centre);
+        for (list, (values, count)) in lists.iter_mut().zip(self.around.candidates(axis)) {
+            values[..count].iter().for_each(|&x| list.push(x as i64 - middle));
+        }
         experts.iter().for_each(|e| lists[2].push(rounded(e.centre) - middle));
         self.beyond.across.iter().for_each(|p| lists[3].push(p[axis] as i64 - middle));
         lists

@@ -13,7 +13,7 @@ use super::panel::Panel;
 use super::shape::Shapes;
 use super::vector::{Point, dot, sub};
 use crate::Effort;
-use crate::entropy::{Coder, Counter, log2_fixed};
+use crate::entropy::{Coder, log2_fixed};
 use crate::mesh::{NONE, Surface, next, prev};
 
 /// The models of flip bits; they live as long as the file.
@@ -22,15 +22,7 @@ pub(crate) enum FlipModels {
     /// More contexts, for size.
     #[cfg(feature = "max")]
     Panel(Box<FlipPanel>),
-    /// One context, for speed.
-    Single(Vec<Counter>),
 }
-
-/// Outcomes that a single context remembers.
-const MEMORY: u16 = 250;
-
-/// Values of the single context.
-const SINGLE: usize = 32 * 16 * 4 * 4;
 
 /// Valences are expected in 1/32; an undecided edge counts as flipped with this probability.
 const UNIT: i32 = 32;
@@ -94,10 +86,9 @@ struct State<'a> {
 impl FlipModels {
     pub fn new(effort: Effort) -> Self {
         match effort {
-            Effort::Fast => FlipModels::Single(vec![Counter::NEW; SINGLE]),
             #[cfg(feature = "max")]
             Effort::Max => FlipModels::Panel(Box::new(FlipPanel::new())),
-            Effort::Default => FlipModels::Mixed(BitModel::new([512, 2048, 1024, 4096, 1024, 4096], 64, 260)),
+            _ => FlipModels::Mixed(BitModel::new([512, 2048, 1024, 4096, 1024, 4096], 64, 260)),
         }
     }
 
@@ -127,12 +118,6 @@ impl FlipModels {
                     }
                     #[cfg(feature = "max")]
                     FlipModels::Panel(panel) => panel.code(coder, known, &state, candidate, [c, o], turned),
-                    FlipModels::Single(counters) => {
-                        let counter = &mut counters[state.context(candidate, [c, o], turned)];
-                        let bit = coder.bit(known, counter.p());
-                        counter.learn(bit, MEMORY);
-                        bit
-                    }
                 }
             };
             flip[c as usize] = bit;
@@ -301,17 +286,6 @@ impl State<'_> {
         } else {
             self.expected[self.surface.at(c) as usize] - PRIOR
         }
-    }
-
-    /// The single context.
-    #[inline(always)]
-    fn context(&self, candidate: Candidate, [c, o]: [u32; 2], turned: [Turned; 2]) -> usize {
-        let kind = candidate.one as usize + 2 * candidate.any_virtual as usize;
-        let ends: i32 = [next(c), prev(c)].map(|c| self.expected[self.surface.at(c) as usize]).iter().sum();
-        let apexes = self.apex_valence(c, turned[0]) + self.apex_valence(o, turned[1]);
-        let ends = ((2 * (ends + 2 * PRIOR) - 16 * UNIT) / UNIT).clamp(0, 15) as usize;
-        let apexes = ((apexes - 5 * UNIT) * 5 / (7 * UNIT)).clamp(0, 3) as usize;
-        ((candidate.angle as usize * 16 + ends) * 4 + kind) * 4 + apexes
     }
 
     #[inline(always)]

@@ -13,7 +13,6 @@ pub(crate) struct Histogram {
     sums: Vec<u32>,
 }
 
-#[cfg_attr(not(feature = "max"), expect(dead_code, reason = "only that effort asks for it"))]
 impl Histogram {
     pub fn new() -> Self {
         Histogram { sums: vec![0; VALUES + 1] }

@@ -2,6 +2,7 @@
 
 use super::axes::AxisOrder;
 use super::base::code_base;
+use super::counted::CountedModels;
 use super::flip::FlipModels;
 use super::model::number;
 use super::pass::{Pass, Roughness};
@@ -11,13 +12,16 @@ use super::region::{Field, Regions, regions};
 use super::relax::{ESTIMATE_BITS, precise, relax, rounded};
 use super::ring::{LATE, NEAR, Shares};
 use super::shape::Shapes;
+use super::site::{Site, in_faces, in_rings, lie_in_faces};
+use super::sketch::Sketch;
 use super::split::SplitModels;
+use super::tabled::{TableModels, Walk};
 use super::vector::{COORDINATE_LIMIT, Point, Vector};
 use crate::entropy::Coder;
 use crate::mesh::{NONE, Surface};
 use crate::subdivide::{
-    FRACTION_BITS, Refined, StepKind, Update, applies, predict_regular, refine, refine_regular, round,
-    unlift_positions,
+    FRACTION_BITS, Refined, StepKind, Update, applies, flipped, predict_regular, refine, refine_regular,
+    round, unlift_positions,
 };
 use crate::{Effort, Error, Limits, Result};
 use std::borrow::Cow;
@@ -26,8 +30,11 @@ use std::borrow::Cow;
 pub(crate) struct Levels {
     split: SplitModels,
     flip: FlipModels,
-    /// Of each region.
+    /// Both kinds of bits in the fast profile.
+    counted: Option<CountedModels>,
+    /// Of each region, unless the pass is coded by tables.
     position: Vec<Positions>,
+    tables: Option<TableModels>,
     effort: Effort,
     /// Streams of the positions of a large pass, one a region.
     streams: u32,
@@ -58,8 +65,14 @@ struct Open {
     bits: u32,
     origin: Point,
     by_support: bool,
-    regions: Regions,
+    course: Course,
     lifted: Option<Lifted>,
+}
+
+/// How far a pass has come.
+enum Course {
+    Mixed(Box<Regions>),
+    Tables(Walk),
 }
 
 /// An update to be undone when all details are known.
@@ -89,7 +102,9 @@ impl Levels {
         Levels {
             split: SplitModels::new(effort),
             flip: FlipModels::new(effort),
-            position: vec![Positions::new(effort)],
+            counted: None,
+            position: Vec::new(),
+            tables: None,
             effort,
             streams,
             surface: Surface::default(),
@@ -135,15 +150,17 @@ impl Levels {
         let largest = real.iter().map(size).max().unwrap_or(0);
         let bits = coder.raw(32 - largest.leading_zeros(), 5);
         self.field.positions = vec![[0; 3]; virtuals];
-        self.begin(self.surface.virtuals, Vec::new(), AxisOrder::NormalLast, &NEAR);
+        let first = self.surface.virtuals;
+        self.place(first, &[]);
+        let sites = self.sites(first, AxisOrder::NormalLast, None);
+        self.begin(first, Vec::new(), AxisOrder::NormalLast, &NEAR, sites);
         if let Some(open) = &mut self.open {
             (open.bits, open.origin) = (bits, origin);
         }
     }
 
-    /// Begins a pass over the positions of the vertices from `first` on, which have these estimates. Until
-    /// they are coded they lie there.
-    fn begin(&mut self, first: u32, estimates: Vec<Vector>, order: AxisOrder, shares: &'static Shares) {
+    /// Puts the vertices from `first` on where they are expected, if they are.
+    fn place(&mut self, first: u32, estimates: &[Vector]) {
         let (surface, Field { positions, rough }) = (&self.surface, &mut self.field);
         positions.truncate(first as usize);
         positions.extend(estimates.iter().map(|&e| round(e)));
@@ -151,29 +168,50 @@ impl Levels {
         // Levels grow by a factor already: room for twice as many would stay empty at the last one.
         rough.reserve_exact(surface.vertices as usize - rough.len());
         rough.resize(surface.vertices as usize, Roughness::START);
+    }
+
+    /// The sites of the vertices from `first` on, which are placed, if they are coded by tables. They lie in the faces of
+    /// a coarse surface that became the named ones, or do not.
+    fn sites(&self, first: u32, order: AxisOrder, faces: Option<(&Surface, &[u32])>) -> Option<Vec<Site>> {
+        let (surface, positions) = (&self.surface, &self.field.positions);
+        Positions::tabled(self.effort, order).then(|| match faces {
+            Some((coarse, heirs)) => in_faces(coarse, heirs, surface, positions),
+            None => in_rings(surface, first, positions),
+        })
+    }
+
+    /// Begins a pass over the positions of the vertices from `first` on, which are placed by these estimates, by
+    /// tables if they have sites.
+    fn begin(
+        &mut self,
+        first: u32,
+        estimates: Vec<Vector>,
+        order: AxisOrder,
+        shares: &'static Shares,
+        sites: Option<Vec<Site>>,
+    ) {
         let by_support = Positions::visit_by_support(self.effort, order);
-        let count = regions(self.streams, surface.vertices - first, by_support);
-        while self.position.len() < count as usize {
-            self.position.push(self.position[0].clone());
-        }
-        self.open = Some(Open {
-            first,
-            estimates,
-            order,
-            by_support,
-            shares,
-            bits: 0,
-            origin: [0; 3],
-            regions: Regions::new(count),
-            lifted: None,
-        });
+        let course = match sites {
+            Some(sites) => Course::Tables(Walk::new(sites)),
+            None => {
+                let count = regions(self.streams, self.surface.vertices - first, by_support);
+                while self.position.len() < count as usize {
+                    let models = self.position.first().cloned();
+                    self.position.push(models.unwrap_or_else(|| Positions::new(self.effort)));
+                }
+                Course::Mixed(Box::new(Regions::new(count)))
+            }
+        };
+        let (bits, origin) = (0, [0; 3]);
+        self.open =
+            Some(Open { first, estimates, order, shares, bits, origin, by_support, course, lifted: None });
     }
 
     /// Codes the positions of the pass that has begun, of `targets` when encoding: one entry a vertex of it.
     /// There is a coder for each of its [`regions`], or for the first of them. Whether all are coded; if not, bytes are missing, and the
     /// next call goes on. Time O(n).
     pub fn positions<C: Coder + Send>(&mut self, coders: &mut [C], targets: &[Point]) -> bool {
-        let Some(Open { first, estimates, order, by_support, shares, bits, origin, regions, lifted }) =
+        let Some(Open { first, estimates, order, by_support, shares, bits, origin, course, lifted }) =
             &mut self.open
         else {
             return true;
@@ -188,7 +226,17 @@ impl Levels {
             bits: *bits,
             origin: *origin,
         };
-        let done = regions.code(&pass, &mut self.position, coders, targets, &mut self.field);
+        let done = match (course, coders) {
+            (Course::Mixed(regions), coders) => {
+                regions.code(&pass, &mut self.position, coders, targets, &mut self.field)
+            }
+            (Course::Tables(walk), [coder, ..]) => {
+                let models = self.tables.get_or_insert_with(TableModels::new);
+                let Field { positions, rough } = &mut self.field;
+                models.code(coder, &pass, walk, targets, positions, rough)
+            }
+            (Course::Tables(_), []) => false,
+        };
         if done {
             if let Some(lifted) = lifted {
                 lifted.undo(&mut self.field.positions);
@@ -206,16 +254,19 @@ impl Levels {
 
     /// How many regions the pass over positions that has begun has.
     pub fn regions(&self) -> usize {
-        self.open.as_ref().map_or(1, |open| open.regions.count())
+        match &self.open {
+            Some(Open { course: Course::Mixed(regions), .. }) => regions.count(),
+            _ => 1,
+        }
     }
 
     /// How many vertices lie where they are expected: their positions are still to come.
     pub fn pending(&self) -> u32 {
         let late = self.late.as_ref().map_or(0, |late| late.estimates.len());
-        let open = self
-            .open
-            .as_ref()
-            .map_or(0, |open| (self.surface.vertices - open.first) as usize - open.regions.coded());
+        let open = self.open.as_ref().map_or(0, |open| match &open.course {
+            Course::Mixed(regions) => (self.surface.vertices - open.first) as usize - regions.coded(),
+            Course::Tables(walk) => walk.left(),
+        });
         (late + open) as u32
     }
 
@@ -226,7 +277,10 @@ impl Levels {
         if open.estimates.is_empty() {
             return None;
         }
-        let mut positions = open.regions.positions(open.first, &self.field);
+        let mut positions = match &open.course {
+            Course::Mixed(regions) => regions.positions(open.first, &self.field),
+            Course::Tables(_) => (&self.field.positions).into(),
+        };
         if let Some(lifted) = &open.lifted {
             lifted.undo(positions.to_mut());
         }
@@ -267,17 +321,29 @@ impl Levels {
             return Ok(Step { kind, refined, estimates });
         }
         split.resize(surface.faces() as usize, false);
+        if self.effort == Effort::Fast {
+            let models = self.counted.get_or_insert_with(CountedModels::new);
+            let sketch = Sketch::new(surface, &self.field.positions);
+            models.split(coder, surface, &sketch, &mut split);
+            announced(split.iter().filter(|&&s| s).count() as u64)?;
+            let normal = |v: u32| sketch.vertex[v as usize].normal;
+            let estimates = estimate(surface, &self.field.positions, normal, &split);
+            let flips = models.flip(coder, surface, &sketch, &split, &flip);
+            drop(sketch);
+            return Ok(Step { kind, refined: refine(surface, &split, &flips), estimates });
+        }
         flip.resize(surface.vertex.len(), false);
         let shapes = Shapes::new(surface, &self.field.positions);
         self.split.code(coder, surface, &shapes, &self.field.positions, &mut split);
         announced(split.iter().filter(|&&s| s).count() as u64)?;
-        let estimates = estimate(surface, &self.field.positions, &shapes, &split);
+        let normal = |v: u32| shapes.vertex[v as usize].normal;
+        let estimates = estimate(surface, &self.field.positions, normal, &split);
         self.field.positions.reserve_exact(estimates.len());
         self.field.positions.extend(estimates.iter().map(|&e| round(e)));
         self.flip.code(coder, surface, &shapes, &self.field.positions, &split, &mut flip);
         self.field.positions.truncate(surface.vertices as usize);
         drop(shapes);
-        Ok(Step { kind, refined: refine(surface, &split, &flip), estimates })
+        Ok(Step { kind, refined: refine(surface, &split, &flipped(surface, &flip)), estimates })
     }
 
     /// The real vertices of the surface that `step` leads to, as they would lie without details: the
@@ -292,6 +358,9 @@ impl Levels {
         let Step { kind, refined: Refined { surface, first: heirs }, estimates } = step;
         let first = self.surface.vertices;
         let coarse = std::mem::replace(&mut self.surface, surface);
+        self.place(first, &estimates);
+        let order = axis_order(Some(kind));
+        let sites = self.sites(first, order, lie_in_faces(kind, &coarse).then_some((&coarse, &heirs)));
         // Only undoing an update asks for the coarse surface again; else it goes before the pass takes memory.
         let lifted = match (kind, rule) {
             (StepKind::Adaptive, _) | (_, Update::None) => {
@@ -301,7 +370,7 @@ impl Levels {
             _ => Some(Lifted { coarse, kind, rule }),
         };
         drop(heirs);
-        self.begin(first, estimates, axis_order(Some(kind)), &NEAR);
+        self.begin(first, estimates, order, &NEAR, sites);
         if let Some(open) = &mut self.open {
             open.lifted = lifted;
         }
@@ -336,10 +405,13 @@ impl Levels {
     pub fn begin_late(&mut self) {
         let Some(Late { first, estimates }) = self.late.take() else { return };
         let spare = FRACTION_BITS - ESTIMATE_BITS;
-        let estimates = estimates.iter().map(|e| e.map(|x| (x as i64) << spare)).collect();
+        let estimates: Vec<Vector> = estimates.iter().map(|e| e.map(|x| (x as i64) << spare)).collect();
         // How far estimates are off is nothing that coarser levels could tell.
-        self.position = vec![Positions::new(self.effort)];
-        self.begin(first, estimates, AxisOrder::NormalLast, &LATE);
+        self.position.clear();
+        self.tables = None;
+        self.place(first, &estimates);
+        let sites = self.sites(first, AxisOrder::NormalLast, None);
+        self.begin(first, estimates, AxisOrder::NormalLast, &LATE, sites);
     }
 }
 

@@ -4,17 +4,21 @@
 //! to write; decoding, it ignores that and returns what it reads. In between both run the same
 //! lines on the same integers.
 
+mod around;
 mod axes;
 mod base;
 #[cfg(feature = "max")]
 mod beyond;
 #[cfg(feature = "max")]
 mod births;
+mod coordinate;
+mod counted;
 #[cfg(feature = "max")]
 mod deviation;
 #[cfg(feature = "max")]
 mod ensemble;
 mod flip;
+#[cfg(feature = "max")]
 mod histogram;
 mod level;
 mod model;
@@ -27,14 +31,18 @@ pub(crate) mod payload;
 mod position;
 mod positions;
 mod predict;
+mod reciprocal;
 mod region;
 #[cfg(feature = "max")]
 mod regression;
 mod relax;
+#[cfg(feature = "max")]
 mod residual;
 mod ring;
 mod scale;
 mod shape;
+mod site;
+mod sketch;
 mod split;
 mod spread;
 pub(crate) mod supplement;

@@ -1,11 +1,10 @@
-//! The models of positions, by profile.
+//! The mixed models of positions, by profile.
 
 use super::axes::AxisOrder;
 #[cfg(feature = "max")]
 use super::ensemble::EnsembleModels;
 use super::pass::{Pass, Progress, Roughness};
 use super::position::PositionModels;
-use super::tabled::TableModels;
 use super::vector::Point;
 use crate::Effort;
 use crate::entropy::Coder;
@@ -13,20 +12,24 @@ use crate::entropy::Coder;
 /// The models of positions; they live as long as the file, those of late positions as long as their pass.
 #[derive(Clone)]
 pub(crate) enum Positions {
-    Mixed(PositionModels),
+    Mixed(Box<PositionModels>),
     #[cfg(feature = "max")]
     Ensemble(Box<EnsembleModels>),
-    Tables(TableModels),
 }
 
 impl Positions {
     pub fn new(effort: Effort) -> Self {
         match effort {
-            Effort::Fast => Positions::Tables(TableModels::new()),
-            Effort::Default => Positions::Mixed(PositionModels::new()),
             #[cfg(feature = "max")]
             Effort::Max => Positions::Ensemble(Box::new(EnsembleModels::new())),
+            _ => Positions::Mixed(Box::new(PositionModels::new())),
         }
+    }
+
+    /// Whether these models are not asked, but tables: in the fast profile, and where details are normal ones,
+    /// so that mixing saves too little for its time.
+    pub fn tabled(effort: Effort, order: AxisOrder) -> bool {
+        effort == Effort::Fast || order == AxisOrder::NormalFirst && !effort.is_max()
     }
 
     /// Whether a pass visits the best supported vertex first, not that of the next number.
@@ -61,7 +64,6 @@ impl Positions {
             Positions::Mixed(models) => models.code(coder, pass, progress, targets, positions, rough),
             #[cfg(feature = "max")]
             Positions::Ensemble(models) => models.code(coder, pass, progress, targets, positions, rough),
-            Positions::Tables(models) => models.code(coder, pass, progress, targets, positions, rough),
         }
     }
 }

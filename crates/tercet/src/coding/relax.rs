@@ -5,16 +5,17 @@
 //! arbitrary meshes", 1998), while those with known positions stay. A few sweeps on each level do what
 //! many on the finest would: coarse levels carry far.
 
+use super::reciprocal::{self, divide_signed};
 use super::vector::{COORDINATE_LIMIT, Point};
 use crate::Effort;
-use crate::mesh::{Surface, next};
+use crate::mesh::Surface;
 
 /// Estimates of late vertices have so many bits behind the point.
 pub(crate) const ESTIMATE_BITS: u32 = 3;
 
 /// Sweeps on each level: in the `max` profile more, which serves large meshes.
 fn sweeps(effort: Effort) -> usize {
-    if effort.is_max() { 12 } else { 4 }
+    if effort.is_max() { 12 } else { 1 }
 }
 
 /// The largest coordinate of an estimate.
@@ -30,15 +31,18 @@ pub(crate) fn rounded(p: Point) -> Point {
     p.map(|x| (x + (1 << (ESTIMATE_BITS - 1))) >> ESTIMATE_BITS)
 }
 
-/// Smooths the estimates of the vertices from `first` on; `points` has an entry a vertex. Time O(n).
+/// Smooths the estimates of the vertices from `first` on; `points` has an entry a vertex, and those of virtual
+/// ones become 0. Time O(n).
 pub(crate) fn relax(surface: &Surface, points: &mut [Point], first: u32, effort: Effort) {
     let neighbours = real_neighbours(surface);
+    // So that virtual vertices add nothing to a sum.
+    points[..surface.virtuals as usize].fill([0; 3]);
     let mut sums = Vec::new();
     let mut off = vec![[0i32; 3]; points.len()];
     for _ in 0..sweeps(effort) {
         sum_neighbours(surface, points, &mut sums);
-        for (v, off) in off.iter_mut().enumerate() {
-            *off = from_mean(&sums[v], neighbours[v], points[v]);
+        for v in surface.virtuals as usize..points.len() {
+            off[v] = from_mean(&sums[v], neighbours[v], points[v]);
         }
         sum_neighbours(surface, &off, &mut sums);
         for v in first as usize..points.len() {
@@ -53,34 +57,40 @@ pub(crate) fn relax(surface: &Surface, points: &mut [Point], first: u32, effort:
 /// For each vertex the number of its ring members that are real.
 fn real_neighbours(surface: &Surface) -> Vec<u32> {
     let mut count = vec![0; surface.vertices as usize];
-    for (c, &v) in (0..).zip(&surface.vertex) {
-        count[v as usize] += !surface.is_virtual(surface.at(next(c))) as u32;
+    for [a, b, c] in corners(surface) {
+        for (v, neighbour) in [(a, b), (b, c), (c, a)] {
+            count[v as usize] += !surface.is_virtual(neighbour) as u32;
+        }
     }
     count
 }
 
-/// For each vertex the sum of `values` over its real neighbours: each follows it in one face.
+/// For each vertex the sum of `values` over its neighbours: each follows it in one face.
 fn sum_neighbours(surface: &Surface, values: &[Point], sums: &mut Vec<[i64; 3]>) {
     sums.clear();
     sums.resize(values.len(), [0; 3]);
-    for f in 0..surface.faces() {
-        let [a, b, c] = surface.face(f);
+    for [a, b, c] in corners(surface) {
         for (v, neighbour) in [(a, b), (b, c), (c, a)] {
-            if !surface.is_virtual(neighbour) {
-                let (sum, value) = (&mut sums[v as usize], values[neighbour as usize]);
-                (0..3).for_each(|k| sum[k] += value[k] as i64);
-            }
+            let (sum, value) = (&mut sums[v as usize], values[neighbour as usize]);
+            (0..3).for_each(|k| sum[k] += value[k] as i64);
         }
     }
 }
 
+/// The vertices of each face.
+fn corners(surface: &Surface) -> impl Iterator<Item = [u32; 3]> + '_ {
+    surface.vertex.as_chunks::<3>().0.iter().copied()
+}
+
 /// The mean of `count` values of the given sum, less `value`, rounded towards 0; 0 without values.
 fn from_mean(sum: &[i64; 3], count: u32, value: Point) -> [i32; 3] {
-    if count == 0 {
-        return [0; 3];
-    }
+    let n = count as usize;
     [0, 1, 2].map(|k| {
-        let mean = sum[k] / count as i64;
+        let mean = match n {
+            0 => return 0,
+            1..=reciprocal::LARGEST => divide_signed(sum[k], n),
+            _ => sum[k] / n as i64,
+        };
         (mean - value[k] as i64).clamp(-LARGEST as i64, LARGEST as i64) as i32
     })
 }

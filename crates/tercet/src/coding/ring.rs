@@ -1,67 +1,100 @@
 //! What is known around a vertex, and where that places it.
 
+use super::coordinate::EXPERTS;
 use super::pass::{Pass, Roughness, Turn};
-use super::position::{EXPERTS, LISTS};
-use super::residual::Candidates;
+use super::reciprocal::{divide, divide_signed};
 use super::scale::bin;
-use super::vector::{Point, Vector, add_to, cross, sub};
-use crate::mesh::{NONE, Surface, next};
+use super::vector::{Vector, add_to, cross};
+use crate::mesh::{NONE, next, prev};
 use crate::subdivide::FRACTION_BITS;
 
 /// Rings are looked at this far: a hub's further neighbours add nothing but time.
 const MOST: usize = 32;
 
-/// The known part of a vertex's ring.
-#[derive(Default)]
+/// What is known of a vertex's ring.
 pub(crate) struct Ring {
-    /// All ring members in order, `NONE` for virtual ones.
-    all: Vec<u32>,
-    /// The known ones.
-    known: Vec<u32>,
-    /// Parallelogram predictions from known neighbours.
-    parallelograms: Vec<[i64; 3]>,
+    /// The known members in order, and their coordinates by axis.
+    known: [u32; MOST],
+    places: [[i32; MOST]; 3],
+    count: usize,
+    /// Parallelogram predictions from known neighbours, by axis.
+    parallelograms: [[i32; MOST]; 3],
+    predictions: usize,
+    /// Where all members lie: those that are not known where they are expected. Nothing for virtual ones,
+    /// and where nothing is expected.
+    around: [Option<Vector>; MOST],
+    members: usize,
     at_boundary: bool,
 }
 
+impl Default for Ring {
+    fn default() -> Self {
+        Ring {
+            known: [NONE; MOST],
+            places: [[0; MOST]; 3],
+            count: 0,
+            parallelograms: [[0; MOST]; 3],
+            predictions: 0,
+            around: [None; MOST],
+            members: 0,
+            at_boundary: false,
+        }
+    }
+}
+
 impl Ring {
-    /// Collects the ring of the vertex at `corner`.
-    pub fn gather(&mut self, surface: &Surface, corner: u32, known: &[bool], positions: &[Point]) {
-        self.all.clear();
-        self.known.clear();
-        self.parallelograms.clear();
+    /// Collects the ring of the vertex whose turn it is.
+    pub fn gather(&mut self, pass: &Pass, turn: &Turn) {
+        let Turn { corner, known, positions, .. } = *turn;
+        let surface = pass.surface;
+        let place = |v: u32| known[v as usize].then(|| positions[v as usize]);
         self.at_boundary = false;
+        let (mut count, mut predictions, mut members) = (0, 0, 0);
+        let mut b = surface.at(next(corner));
+        let mut place_of_b = place(b);
         for c in surface.fan(corner).take(MOST) {
-            let a = surface.at(next(c));
-            if surface.is_virtual(a) {
-                self.at_boundary = true;
-                self.all.push(NONE);
+            let (a, place_of_a) = (b, place_of_b);
+            b = surface.at(prev(c));
+            place_of_b = place(b);
+            let Some(p) = place_of_a else {
+                self.at_boundary |= surface.is_virtual(a);
+                self.around[members & (MOST - 1)] = a
+                    .checked_sub(pass.first)
+                    .and_then(|i| pass.estimates.get(i as usize))
+                    .map(|estimate| estimate.map(|x| x >> FRACTION_BITS));
+                members += 1;
                 continue;
-            }
-            self.all.push(a);
-            if !known[a as usize] {
-                continue;
-            }
-            self.known.push(a);
-            let b = surface.at(crate::mesh::prev(c));
-            if !known[b as usize] {
-                continue;
-            }
-            let w = surface.at(surface.across(c));
-            if known[w as usize] {
-                let (a, b, w) = (positions[a as usize], positions[b as usize], positions[w as usize]);
-                self.parallelograms.push([0, 1, 2].map(|k| a[k] as i64 + b[k] as i64 - w[k] as i64));
+            };
+            self.around[members & (MOST - 1)] = Some(p.map(|x| x as i64));
+            members += 1;
+            let at = count & (MOST - 1);
+            self.known[at] = a;
+            (0..3).for_each(|k| self.places[k][at] = p[k]);
+            count += 1;
+            if let Some(q) = place_of_b
+                && let Some(w) = place(surface.at(surface.across(c)))
+            {
+                let at = predictions & (MOST - 1);
+                (0..3).for_each(|k| self.parallelograms[k][at] = p[k] + q[k] - w[k]);
+                predictions += 1;
             }
         }
+        (self.count, self.predictions, self.members) = (count, predictions, members);
     }
 
     /// How many neighbours are known.
     pub fn known(&self) -> usize {
-        self.known.len()
+        self.count
     }
 
     /// The known neighbours.
     pub fn vertices(&self) -> &[u32] {
-        &self.known
+        &self.known[..self.count]
+    }
+
+    /// The coordinates of the known neighbours along an axis.
+    fn along(&self, axis: usize) -> &[i32] {
+        &self.places[axis][..self.count]
     }
 }
 
@@ -71,6 +104,7 @@ pub(crate) struct Neighbourhood<'a> {
     /// estimate.
     pub predictions: [Vector; EXPERTS],
     /// The second nearest parallelogram, in 1/256.
+    #[cfg_attr(not(feature = "max"), expect(dead_code, reason = "only that effort asks for it"))]
     pub second: Vector,
     /// The mean of the known neighbours, and that of the parallelograms (the corrected estimate without
     /// one), in 1/256.
@@ -90,33 +124,27 @@ pub(crate) struct Neighbourhood<'a> {
     pub edge: u64,
     pub rough: Roughness,
     ring: &'a Ring,
-    positions: &'a [Point],
 }
 
 impl Neighbourhood<'_> {
     /// How far apart the known neighbours lie along an axis, in 1/256.
     #[cfg(feature = "max")]
     pub fn extent(&self, axis: usize) -> u64 {
-        let places = || self.ring.known.iter().map(|&y| self.positions[y as usize][axis]);
-        let (least, most) = (places().min().unwrap_or(0), places().max().unwrap_or(0));
+        let places = &self.ring.places[axis][..self.ring.count];
+        let (least, most) = places.iter().fold((i32::MAX, i32::MIN), |(l, m), &x| (l.min(x), m.max(x)));
         (most.abs_diff(least) as u64) << FRACTION_BITS
     }
 
-    /// Values of an axis that may repeat: the neighbours', the parallelograms', and where the experts (`centres`) expect it.
-    #[inline]
-    pub fn candidates(&self, axis: usize, centres: &[i64; EXPERTS]) -> [Candidates; LISTS] {
-        let mut lists = [Candidates::EMPTY; LISTS];
-        let middle = (centres[0] + 128) >> FRACTION_BITS;
-        for &y in &self.ring.known {
-            lists[0].push(self.positions[y as usize][axis] as i64 - middle);
-        }
-        for p in &self.ring.parallelograms {
-            lists[1].push(p[axis] - middle);
-        }
-        for centre in centres {
-            lists[2].push(((centre + 128) >> FRACTION_BITS) - middle);
-        }
-        lists
+    /// Values of an axis that may repeat: the neighbours' and the parallelograms', the first eight of each and
+    /// how many there are.
+    #[inline(always)]
+    pub fn candidates(&self, axis: usize) -> [([i32; 8], usize); 2] {
+        let first = |values: &[i32; MOST]| std::array::from_fn(|i| values[i]);
+        let ring = self.ring;
+        [
+            (first(&ring.places[axis]), ring.count.min(8)),
+            (first(&ring.parallelograms[axis]), ring.predictions.min(8)),
+        ]
     }
 }
 
@@ -136,41 +164,33 @@ pub(crate) static LATE: Shares =
 
 impl<'a> Neighbourhood<'a> {
     pub fn new(ring: &'a Ring, pass: &Pass, turn: &Turn<'a>, rough: &[Roughness]) -> Self {
-        let Turn { known, positions, errors, estimate, .. } = *turn;
-        let n = ring.known.len() as i64;
-        let mut sum = [0i64; 3];
+        let Turn { errors, estimate, .. } = *turn;
+        let n = ring.count;
         let (mut tangential, mut normal) = (0u64, 0u64);
         let mut error = [0i64; 3];
-        let mut with_error = 0i64;
-        for &y in &ring.known {
-            add_to(&mut sum, positions[y as usize].map(|x| x as i64));
+        let mut with_error = 0;
+        for &y in ring.vertices() {
             tangential += rough[y as usize].tangential as u64;
             normal += rough[y as usize].normal as u64;
-            if y >= pass.first && !errors.is_empty() {
-                add_to(&mut error, errors[(y - pass.first) as usize].map(|x| x as i64));
+            if let Some(e) = y.checked_sub(pass.first).and_then(|i| errors.get(i as usize)) {
+                (0..3).for_each(|k| error[k] += e[k] as i64);
                 with_error += 1;
             }
         }
-        let mean = sum.map(|x| floor_div(x << FRACTION_BITS, n));
+        let mean = [0, 1, 2].map(|k| mean_of(ring.along(k)));
         let mut edge = 0u64;
-        for &y in &ring.known {
-            let p = positions[y as usize];
-            edge += (0..3).map(|k| ((p[k] as i64) << FRACTION_BITS).abs_diff(mean[k])).max().unwrap_or(0);
+        for i in 0..n {
+            let off = |k: usize| ((ring.places[k][i] as i64) << FRACTION_BITS).abs_diff(mean[k]);
+            edge += off(0).max(off(1)).max(off(2));
         }
-        let edge = edge / n as u64;
-        let count = ring.parallelograms.len();
-        let whole = ring.known.len() == ring.all.len();
-        let class = if whole { 6 } else { count.min(5) };
-        let error = error.map(|x| x / (with_error + 1));
+        let edge = divide(edge, n);
+        let count = ring.predictions;
+        let class = if n == ring.members { 6 } else { count.min(5) };
+        let error = error.map(|x| divide_signed(x, with_error + 1));
         let corrected = estimate.map(|&e| [0, 1, 2].map(|k| e[k] + error[k]));
         let fallback = corrected.unwrap_or(mean);
-        let base = if count == 0 {
-            fallback
-        } else {
-            let mut sum = [0i64; 3];
-            ring.parallelograms.iter().for_each(|&p| add_to(&mut sum, p));
-            sum.map(|x| floor_div(x << FRACTION_BITS, count as i64))
-        };
+        let base =
+            if count == 0 { fallback } else { [0, 1, 2].map(|k| mean_of(&ring.parallelograms[k][..count])) };
         let first = match estimate {
             Some(e) => {
                 let [of_base, of_estimate, of_error] = pass.shares[class];
@@ -188,69 +208,62 @@ impl<'a> Neighbourhood<'a> {
             second,
             mean,
             parallel: base,
-            normal: ring.normal(pass, known, positions),
+            normal: ring.normal(),
             at_boundary: ring.at_boundary,
             parallelograms: count,
             class,
             size: bin(edge + 1, 2, -6, 64),
             edge,
-            rough: Roughness {
-                tangential: (tangential / n as u64) as u32,
-                normal: (normal / n as u64) as u32,
-            },
+            rough: Roughness { tangential: divide(tangential, n) as u32, normal: divide(normal, n) as u32 },
             ring,
-            positions,
         }
     }
 }
 
-/// ⌊a / n⌋ for n > 0; the short division, which is several times faster, where it does.
+/// The mean of up to 32 coordinates in 1/256, rounded down.
 #[inline(always)]
-fn floor_div(a: i64, n: i64) -> i64 {
-    match u32::try_from(a) {
-        Ok(a) => (a / n as u32) as i64,
-        Err(_) => a.div_euclid(n),
-    }
+fn mean_of(values: &[i32]) -> i64 {
+    // Lifted by more than any of them, the sum is positive.
+    const LIFT: i64 = 1 << 40;
+    let n = values.len();
+    let sum: i64 = values.iter().map(|&x| x as i64).sum();
+    divide(((sum << FRACTION_BITS) + LIFT * n as i64) as u64, n) as i64 - LIFT
 }
 
 impl Ring {
     /// The two parallelograms nearest to `to`, in 1/256.
     fn two_nearest(&self, to: Vector, otherwise: Vector) -> [Vector; 2] {
-        let mut best = [(i64::MAX, otherwise), (i64::MAX, otherwise)];
-        for p in &self.parallelograms {
-            let p = p.map(|x| x << FRACTION_BITS);
-            let distance = (0..3).map(|k| (p[k] - to[k]).abs()).sum();
+        let point = |i: usize| [0, 1, 2].map(|k| (self.parallelograms[k][i] as i64) << FRACTION_BITS);
+        let mut best = [(i64::MAX, 0), (i64::MAX, 0)];
+        for i in 0..self.predictions {
+            let p = point(i);
+            let distance = (p[0] - to[0]).abs() + (p[1] - to[1]).abs() + (p[2] - to[2]).abs();
             if distance < best[0].0 {
-                best = [(distance, p), best[0]];
+                best = [(distance, i), best[0]];
             } else if distance < best[1].0 {
-                best[1] = (distance, p);
+                best[1] = (distance, i);
             }
         }
-        if best[1].0 == i64::MAX {
-            best[1] = best[0];
+        match self.predictions {
+            0 => [otherwise; 2],
+            1 => [point(0); 2],
+            _ => best.map(|(_, i)| point(i)),
         }
-        best.map(|b| b.1)
     }
 
-    /// Area vector of the ring; unknown members lie where they are estimated.
-    fn normal(&self, pass: &Pass, known: &[bool], positions: &[Point]) -> Vector {
-        let origin = positions[self.known[0] as usize];
-        let place = |x: u32| -> Option<Vector> {
-            if x == NONE {
-                None
-            } else if known[x as usize] {
-                Some(sub(positions[x as usize], origin))
-            } else {
-                let estimate = pass.estimates.get((x - pass.first) as usize)?;
-                Some([0, 1, 2].map(|k| (estimate[k] >> FRACTION_BITS) - origin[k] as i64))
-            }
-        };
+    /// Area vector of the ring.
+    fn normal(&self) -> Vector {
+        let origin = [0, 1, 2].map(|k| self.places[k][0] as i64);
+        let members = &self.around[..self.members];
+        let place = |member: &Option<Vector>| member.map(|p| [0, 1, 2].map(|k| p[k] - origin[k]));
         let mut sum = [0i64; 3];
-        for (i, &x) in self.all.iter().enumerate() {
-            let y = self.all[(i + 1) % self.all.len()];
-            if let (Some(a), Some(b)) = (place(x), place(y)) {
+        let mut before = members.last().and_then(place);
+        for member in members {
+            let here = place(member);
+            if let (Some(a), Some(b)) = (before, here) {
                 add_to(&mut sum, cross(a, b));
             }
+            before = here;
         }
         let all = sum.iter().fold(0, |m, x| m | x.unsigned_abs());
         let spare = 17u32.saturating_sub(all.leading_zeros());

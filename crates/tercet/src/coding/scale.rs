@@ -51,6 +51,7 @@ pub(crate) struct Scale {
     /// One lattice step in units of the scale, in 1/256 · 1/65536.
     slope: i64,
     /// log₂ of the mean magnitude (in 1/256), in 1/8.
+    #[cfg_attr(not(feature = "max"), expect(dead_code, reason = "only that effort asks for it"))]
     pub log: usize,
 }
 
@@ -98,7 +99,15 @@ impl Scale {
         ((steps * self.slope) >> 16).min(1 << 16) as i32
     }
 
+    /// The logarithm of a bin width that suits the scale: the greatest power of two up to 0.9 of the mean
+    /// magnitude, at least one step.
+    #[inline(always)]
+    pub fn unit_bits(self) -> u32 {
+        ((self.width * 6 / 5 + 128) >> 8).max(1).ilog2().min(20)
+    }
+
     /// The bin width that suits the scale: 0.9 of the mean magnitude, at least one step.
+    #[cfg(feature = "max")]
     #[inline(always)]
     pub fn unit(self) -> i64 {
         ((self.width * 6 / 5 + 128) >> 8).max(1)

@@ -73,6 +73,19 @@ impl Inverse {
         quotient.clamp(-(1 << 16), 1 << 16) as i32
     }
 
+    /// Half of each of the `squares` (below 2⁶¹) over the length, in 1/256, at most `most`.
+    #[inline(always)]
+    pub fn halves(self, squares: [i64; 3], most: i16) -> [i16; 3] {
+        let all = squares[0] | squares[1] | squares[2];
+        let (mantissa, exponent) = (self.mantissa as i64, self.exponent - 7);
+        let halves = if all < 1 << 46 {
+            squares.map(|x| (x * mantissa) >> exponent)
+        } else {
+            squares.map(|x| ((x >> 20) * mantissa) >> exponent.saturating_sub(20))
+        };
+        halves.map(|x| x.min(most.into()) as i16)
+    }
+
     /// `x` (below 2⁶²) over the length, with `bits` ≤ 14 bits behind the point.
     #[inline(always)]
     fn times(self, x: i64, bits: u8) -> i64 {
@@ -87,9 +100,15 @@ impl Inverse {
 
 /// a / |a| in 1/2¹⁴, to one part in 128; zero stays zero.
 #[inline(always)]
-fn direction(a: Vector) -> [i16; 3] {
+pub(super) fn direction(a: Vector) -> [i16; 3] {
     let (inverse, _) = Inverse::of_length(a);
-    a.map(|x| inverse.times(x, 14) as i16)
+    let all = a.iter().fold(0, |all, x| all | x.unsigned_abs());
+    if all < 1 << 46 {
+        let (mantissa, exponent) = (inverse.mantissa as i64, inverse.exponent - 14);
+        a.map(|x| ((x * mantissa) >> exponent) as i16)
+    } else {
+        a.map(|x| inverse.times(x, 14) as i16)
+    }
 }
 
 /// The faces and vertices of a level.
@@ -136,7 +155,7 @@ impl Shapes {
 
 impl FaceShape {
     #[inline(always)]
-    fn new(p: [Point; 3]) -> (Self, Vector) {
+    pub fn new(p: [Point; 3]) -> (Self, Vector) {
         let normal = cross(sub(p[1], p[0]), sub(p[2], p[0]));
         let (inverse, area) = Inverse::of_length(normal);
         (FaceShape { area: area as i16, inverse }, normal)

@@ -11,7 +11,7 @@ use super::panel::Panel;
 use super::shape::{Shapes, VIRTUAL};
 use super::vector::{Point, dot, sub};
 use crate::Effort;
-use crate::entropy::{Coder, Counter, log2_fixed};
+use crate::entropy::{Coder, log2_fixed};
 use crate::mesh::Surface;
 
 /// The models of split bits; they live as long as the file.
@@ -20,15 +20,7 @@ pub(crate) enum SplitModels {
     /// More contexts, for size.
     #[cfg(feature = "max")]
     Panel(Box<SplitPanel>),
-    /// One context, for speed.
-    Single(Vec<Counter>),
 }
-
-/// Outcomes that a single context remembers.
-const MEMORY: u16 = 250;
-
-/// Values of the single context.
-const SINGLE: usize = 16 * 16 * 3 * 2;
 
 /// A vertex: what it looks like and what has been decided about the faces at it; 8 bytes.
 #[derive(Clone, Copy)]
@@ -60,10 +52,9 @@ impl Mean {
 impl SplitModels {
     pub fn new(effort: Effort) -> Self {
         match effort {
-            Effort::Fast => SplitModels::Single(vec![Counter::NEW; SINGLE]),
             #[cfg(feature = "max")]
             Effort::Max => SplitModels::Panel(Box::new(SplitPanel::new())),
-            Effort::Default => SplitModels::Mixed(BitModel::new([640, 1024, 640, 3584, 1120, 5760], 32, 260)),
+            _ => SplitModels::Mixed(BitModel::new([640, 1024, 640, 3584, 1120, 5760], 32, 260)),
         }
     }
 
@@ -129,14 +120,6 @@ impl SplitModels {
                 SplitModels::Panel(panel) => {
                     let bins = [local, size, neighbours, flag];
                     panel.code(coder, known, contexts(), face, &around, bins)
-                }
-                SplitModels::Single(counters) => {
-                    let local = if shape.is_virtual() { 0 } else { local.clamp(3, 17) - 2 };
-                    let context = ((neighbours * 16 + local) * 3 + share(&around)) * 2 + (size > 8) as usize;
-                    let counter = &mut counters[context];
-                    let bit = coder.bit(known, counter.p());
-                    counter.learn(bit, MEMORY);
-                    bit
                 }
             };
             split[f as usize] = bit;
@@ -247,7 +230,7 @@ fn incidences(around: &[Corner; 3]) -> usize {
 }
 
 /// How many of the decided faces at the three corners are split: less than a third, a half, more.
-#[inline(always)]
+#[cfg(feature = "max")]
 fn share(around: &[Corner; 3]) -> usize {
     let split: usize = around.iter().map(|c| c.split as usize).sum();
     let unsplit: usize = around.iter().map(|c| c.unsplit as usize).sum();

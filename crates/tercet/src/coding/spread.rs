@@ -9,17 +9,23 @@ pub(super) const ROUGH: usize = 24;
 const CLASSES: usize = 8;
 const CERTAINTIES: usize = 3;
 
-/// Mean errors of the first expert; they live as long as the file.
+/// Mean errors of the first expert by kind of axis, class and size of the neighbourhood; they live as long as
+/// the file.
 #[derive(Clone)]
-pub(crate) struct Spread {
+pub(crate) struct Spread(Vec<ScaleCell>);
+
+/// The same, refined by roughness: what the `max` profile knows.
+#[cfg(feature = "max")]
+#[derive(Clone)]
+pub(crate) struct FineSpread {
+    coarse: Spread,
     /// By kind of axis, size of the neighbourhood, roughness and how well it is known.
     by_roughness: Vec<ScaleCell>,
-    /// By kind of axis, class and size of the neighbourhood.
-    by_class: Vec<ScaleCell>,
 }
 
 /// The entries for one coordinate.
 pub(crate) struct Cells {
+    #[cfg_attr(not(feature = "max"), expect(dead_code, reason = "only that effort asks for it"))]
     by_roughness: usize,
     by_class: usize,
     /// What to expect of entries that have learnt nothing, in 1/256.
@@ -49,20 +55,35 @@ impl Cells {
 
 impl Spread {
     pub fn new() -> Self {
-        Spread {
-            by_roughness: vec![ScaleCell::default(); KINDS * SIZES * ROUGH * CERTAINTIES],
-            by_class: vec![ScaleCell::default(); KINDS * CLASSES * SIZES],
-        }
+        Spread(vec![ScaleCell::default(); KINDS * CLASSES * SIZES])
     }
 
     /// The mean error to be expected, in 1/256.
     pub fn mean(&self, cells: &Cells) -> u64 {
-        self.by_roughness[cells.by_roughness].mean(self.by_class[cells.by_class].mean(cells.prior))
+        self.0[cells.by_class].mean(cells.prior)
     }
 
     /// Learns an error, in 1/256.
     pub fn learn(&mut self, cells: &Cells, off: u64) {
-        self.by_class[cells.by_class].learn(off);
+        self.0[cells.by_class].learn(off);
+    }
+}
+
+#[cfg(feature = "max")]
+impl FineSpread {
+    pub fn new() -> Self {
+        let by_roughness = vec![ScaleCell::default(); KINDS * SIZES * ROUGH * CERTAINTIES];
+        FineSpread { coarse: Spread::new(), by_roughness }
+    }
+
+    /// As [`Spread::mean`].
+    pub fn mean(&self, cells: &Cells) -> u64 {
+        self.by_roughness[cells.by_roughness].mean(self.coarse.mean(cells))
+    }
+
+    /// As [`Spread::learn`].
+    pub fn learn(&mut self, cells: &Cells, off: u64) {
+        self.coarse.learn(cells, off);
         self.by_roughness[cells.by_roughness].learn(off);
     }
 }

@@ -1,22 +1,23 @@
 //! Positions by tables: what the fast profile codes in place of [`position`](super::position)'s
 //! mixed decisions.
 //!
-//! The pass, the ring and the shift into the tangent plane are the same; but a coordinate has one
-//! expectation, and what it is off by is one symbol of sixteen and a few plain bits. Coordinates
-//! often repeat one nearby: the symbol that the nearest neighbour's would be, and that of the nearest
+//! The order of axes and the shift into the tangent plane are the same; but of the neighbours only
+//! those at the [site](super::site) of the vertex are looked at, a coordinate has one expectation, and
+//! what it is off by is one symbol of sixteen and a few plain bits. Coordinates often repeat one nearby: the symbol that the nearest neighbour's would be, and that of the nearest
 //! parallelogram, each select an adaptive distribution, and the two are averaged.
 
-use super::axes::{AxisOrder, KINDS, NORMAL, axes, kind};
-use super::pass::{Pass, Progress, Roughness, Turn, plain};
+use super::around::{Around, Known, PLACES};
+use super::axes::{AxisOrder, KINDS, NORMAL, axes, kind, shift};
+use super::pass::{Pass, Roughness, plain};
 use super::scale::{Scale, ScaleCell, bin};
-use super::vector::{COORDINATE_LIMIT, Point, Vector, cross, sub};
+use super::site::Site;
+use super::vector::{COORDINATE_LIMIT, Point};
 use crate::entropy::{Coder, Counter, Frequencies, SYMBOLS, log2_fixed, squash};
-use crate::mesh::{Surface, next};
+use crate::mesh::Surface;
 use crate::subdivide::FRACTION_BITS;
 use wide::i16x8;
 
 /// The models of positions; they live as long as the file.
-#[derive(Clone)]
 pub(crate) struct TableModels {
     /// By kind of axis, number of neighbours coded before, distance of the neighbours, roughness.
     cells: Vec<ScaleCell>,
@@ -28,31 +29,31 @@ pub(crate) struct TableModels {
     escapes: Vec<Counter>,
 }
 
-const NEW: usize = 4;
-const SIZES: usize = 32;
 const ROUGH: usize = 24;
 const WIDTHS: usize = 41;
 const LENGTHS: usize = 32;
 
-/// Corners of a fan that are looked at.
-const MOST: usize = 32;
-
-/// The first steps of distributions are 2⁻⁴.
-const FASTEST: u32 = 4;
-
 /// Symbols for errors within ± this, in units; the last symbol is for those beyond.
 const NEAR: i64 = 7;
 
-/// 65536 / n.
-static RECIPROCAL: [u64; MOST + 1] = {
-    let mut table = [0; MOST + 1];
-    let mut n = 1;
-    while n <= MOST {
-        table[n] = 65536 / n as u64;
-        n += 1;
+/// How far a pass has come.
+pub(crate) struct Walk {
+    sites: Vec<Site>,
+    /// Vertices coded so far.
+    cursor: usize,
+}
+
+impl Walk {
+    /// Of a pass over the vertices at `sites` that has not begun.
+    pub fn new(sites: Vec<Site>) -> Self {
+        Walk { sites, cursor: 0 }
     }
-    table
-};
+
+    /// How many vertices are still to be visited.
+    pub fn left(&self) -> usize {
+        self.sites.len() - self.cursor
+    }
+}
 
 /// How wide errors are: the bin of a mean magnitude, and how many of their low bits are plain.
 #[derive(Clone, Copy)]
@@ -104,7 +105,8 @@ fn initial(bin: usize) -> Frequencies {
 #[inline(always)]
 fn unfold(symbol: usize) -> i64 {
     let half = symbol.div_ceil(2) as i64;
-    if symbol % 2 == 1 { half } else { -half }
+    let sign = (symbol & 1) as i64 - 1;
+    (half ^ sign) - sign
 }
 
 /// The inverse of [`unfold`].
@@ -113,80 +115,10 @@ fn fold(unit: i64) -> usize {
     if unit > 0 { 2 * unit as usize - 1 } else { (-2 * unit) as usize }
 }
 
-/// What is known around a vertex.
-struct Around {
-    /// Where it is expected, in 1/256, and its rounded estimate.
-    expected: Vector,
-    origin: Point,
-    /// Of the surface, below 2²¹.
-    normal: Vector,
-    at_boundary: bool,
-    /// Digits of a cell that hold for all axes.
-    cell: usize,
-    /// Mean distance of the known neighbours in 1/256, and their mean roughness.
-    edge: u64,
-    rough: Roughness,
-}
-
-/// Where a coordinate is expected, in 1/256.
-struct Centre {
-    kind: usize,
-    axis: usize,
-    place: i64,
-}
-
-/// A list of points, relative to the rounded estimate of a vertex, axis by axis.
-struct Points {
-    offsets: [[i16; Points::MOST]; 3],
-    count: usize,
-}
-
-impl Points {
-    const MOST: usize = 8;
-    /// Offsets are held within ± this …
-    const FAR: i16 = 1 << 13;
-    /// … so that this, in the place of a point that is not there, is far from all of them.
-    const NONE: i16 = 1 << 14;
-
-    const EMPTY: Points = Points { offsets: [[Points::NONE; Points::MOST]; 3], count: 0 };
-
-    /// Adds a point if there is room.
-    #[inline(always)]
-    fn push(&mut self, point: Vector) {
-        if self.count < Self::MOST {
-            for (offsets, offset) in self.offsets.iter_mut().zip(point) {
-                offsets[self.count] = Self::held(offset);
-            }
-            self.count += 1;
-        }
-    }
-
-    #[inline(always)]
-    fn held(offset: i64) -> i16 {
-        offset.clamp(-Self::FAR as i64, Self::FAR as i64) as i16
-    }
-
-    /// The least symbol that one of the coordinates would be.
-    #[inline(always)]
-    fn least_symbol(&self, axis: usize, frame: Frame) -> usize {
-        if frame.plain > 8 {
-            // Coarser than what is kept of the offsets.
-            return SYMBOLS - 1;
-        }
-        let sign = i16x8::splat(-(frame.mirrored as i16));
-        let offset = i16x8::new(self.offsets[axis]) - i16x8::splat(Self::held(frame.middle));
-        let unit = (((offset ^ sign) - sign) + i16x8::splat(frame.half as i16)) >> frame.plain;
-        let beyond = NEAR as i16 + 1;
-        let turned = (-unit).max(i16x8::splat(-beyond)).min(i16x8::splat(beyond));
-        let folded = (turned << 1_i32) ^ (turned >> 15_i32);
-        (folded.reduce_min() as usize).min(SYMBOLS - 1)
-    }
-}
-
 /// How errors of a coordinate become units.
 #[derive(Clone, Copy)]
 struct Frame {
-    /// The lattice coordinate nearest to the expectation, less that of the rounded estimate.
+    /// The lattice coordinate nearest to the expectation.
     middle: i64,
     /// Whether errors below the middle count as positive: seen so, the expectation is never below it.
     mirrored: bool,
@@ -195,12 +127,18 @@ struct Frame {
     half: i64,
 }
 
-/// The known neighbours of the vertex visited last, and the parallelograms that they make.
-struct Ring {
-    members: [u32; MOST],
-    count: usize,
-    neighbours: Points,
-    parallelograms: Points,
+impl Frame {
+    /// The least symbol that one of the coordinates would be that are so far `from` the middle.
+    #[inline(always)]
+    fn least_symbol(self, from: i16x8) -> usize {
+        let sign = i16x8::splat(-(self.mirrored as i16));
+        // Beyond eight bits a unit is coarser than what is kept of the offsets.
+        let unit = (((from ^ sign) - sign) + i16x8::splat(self.half.min(1 << 7) as i16)) >> self.plain.min(8);
+        let beyond = NEAR as i16 + 1;
+        let turned = (-unit).max(i16x8::splat(-beyond)).min(i16x8::splat(beyond));
+        let folded = (turned << 1_i32) ^ (turned >> 15_i32);
+        (folded.reduce_min() as usize).min(SYMBOLS - 1)
+    }
 }
 
 impl TableModels {
@@ -209,7 +147,7 @@ impl TableModels {
         let table: Vec<Frequencies> =
             (0..KINDS * WIDTHS * SYMBOLS).map(|i| start[i / SYMBOLS % WIDTHS]).collect();
         TableModels {
-            cells: vec![ScaleCell::default(); KINDS * NEW * SIZES * ROUGH],
+            cells: vec![ScaleCell::default(); KINDS * PLACES * ROUGH],
             by_parallelogram: table.clone(),
             by_neighbour: table,
             escapes: vec![Counter::NEW; KINDS * LENGTHS],
@@ -224,21 +162,38 @@ impl TableModels {
         &mut self,
         coder: &mut C,
         pass: &Pass,
-        progress: &mut Progress,
+        walk: &mut Walk,
         targets: &[Point],
         positions: &mut [Point],
         rough: &mut [Roughness],
     ) -> bool {
-        let mut ring =
-            Ring { members: [0; MOST], count: 0, neighbours: Points::EMPTY, parallelograms: Points::EMPTY };
-        progress.run(coder, pass, targets, positions, |coder, turn| {
-            let Some(around) = look(pass, turn, rough, &mut ring) else {
-                return plain(coder, pass, turn.target);
+        let Walk { sites, cursor } = walk;
+        while let Some(site) = sites.get(*cursor) {
+            if coder.exhausted() {
+                // The caller refuses the level; what follows would only take time.
+                break;
+            }
+            if !coder.is_ready() {
+                return false;
+            }
+            let i = *cursor;
+            let v = pass.first + i as u32;
+            let target = targets.get(i).copied().unwrap_or_default();
+            let Pass { surface: Surface { virtuals, .. }, first, estimates, .. } = *pass;
+            let known = Known { virtuals: *virtuals, v, first, positions, rough, estimates };
+            let point = match Around::new(site, &known) {
+                None => plain(coder, pass, target),
+                Some(around) => {
+                    let (point, off) = self.vertex(coder, &around, pass.order, target);
+                    Roughness::spread(rough, v, off, &site.corners);
+                    Roughness::spread(rough, v, off, &site.wings);
+                    point
+                }
             };
-            let (point, off) = self.vertex(coder, &around, &ring, pass.order, turn.target);
-            Roughness::spread(rough, turn.v, off, &ring.members[..ring.count]);
-            point
-        })
+            positions[v as usize] = point;
+            *cursor += 1;
+        }
+        true
     }
 
     #[inline(always)]
@@ -246,66 +201,73 @@ impl TableModels {
         &mut self,
         coder: &mut C,
         around: &Around,
-        ring: &Ring,
         order: AxisOrder,
         target: Point,
     ) -> (Point, Roughness) {
         let axes = axes(around.normal, order);
-        let normal = around.normal;
+        // Both are known before the first coordinate is.
+        let widths = [false, true].map(|across| self.width(around, across));
         let mut point = target;
         let mut sizes = [0u64; 3];
-        let mut moved = around.expected;
+        let mut centres = [around.expected];
         for (step, &axis) in axes.iter().enumerate() {
             let kind = kind(step, order, around.at_boundary);
-            let centre = Centre { kind, axis, place: moved[axis] };
-            let value = self.coordinate(coder, around, ring, centre, target[axis]);
+            let (cell, width) = widths[(kind == NORMAL) as usize];
+            let place = centres[0][axis];
+            let middle = (place + 128) >> FRACTION_BITS;
+            let frame = Frame {
+                middle,
+                mirrored: place < middle << FRACTION_BITS,
+                plain: width.plain,
+                half: (1i64 << width.plain) >> 1,
+            };
+            let relative = middle - around.origin[axis] as i64;
+            let [first, second] = [&around.neighbours, &around.parallelograms]
+                .map(|points| frame.least_symbol(points.from(axis, relative)));
+            let value = self.coordinate(coder, (kind, width.bin), [first, second], frame, target[axis]);
             point[axis] = value;
-            let off = ((value as i64) << FRACTION_BITS) - moved[axis];
+            let off = ((value as i64) << FRACTION_BITS) - place;
             sizes[step] = off.unsigned_abs();
-            moved[axis] += off;
-            shift(&mut moved, &around.expected, normal, axes, step, order);
+            self.cells[cell].learn(sizes[step]);
+            shift(&mut centres, [off], around.normal, axes, step, order);
         }
         (point, Roughness::of(sizes, order))
+    }
+
+    /// The cell of the coordinates in the surface or `across` it, and how wide their errors are.
+    #[inline(always)]
+    fn width(&self, around: &Around, across: bool) -> (usize, Width) {
+        let kind = kind(if across { 2 } else { 0 }, AxisOrder::NormalLast, around.at_boundary);
+        let rough = around.rough.along(kind) as u64;
+        let cell = (kind * PLACES + around.place) * ROUGH + bin(rough + 8, 2, -9, ROUGH);
+        let prior = rough / 2 + (around.edge >> if kind == NORMAL { 6 } else { 4 }) + 40;
+        (cell, Width::new(self.cells[cell].mean(prior)))
     }
 
     #[inline(always)]
     fn coordinate<C: Coder>(
         &mut self,
         coder: &mut C,
-        around: &Around,
-        ring: &Ring,
-        Centre { kind, axis, place }: Centre,
+        (kind, bin): (usize, usize),
+        [neighbour, parallelogram]: [usize; 2],
+        Frame { middle, mirrored, plain, half }: Frame,
         target: i32,
     ) -> i32 {
-        let across = kind == NORMAL;
-        let rough = around.rough.along(kind) as u64;
-        let cell = (kind * NEW * SIZES + around.cell) * ROUGH + bin(rough + 8, 2, -9, ROUGH);
-        let prior = rough / 2 + (around.edge >> if across { 6 } else { 4 }) + 40;
-        let width = Width::new(self.cells[cell].mean(prior));
-        let middle = (place + 128) >> FRACTION_BITS;
-        let frame = Frame {
-            middle: middle - around.origin[axis] as i64,
-            mirrored: place < middle << FRACTION_BITS,
-            plain: width.plain,
-            half: (1i64 << width.plain) >> 1,
-        };
-        let sign = if frame.mirrored { -1 } else { 1 };
-        let table = (kind * WIDTHS + width.bin) * SYMBOLS;
-        let first = &mut self.by_neighbour[table + ring.neighbours.least_symbol(axis, frame)];
-        let second = &mut self.by_parallelogram[table + ring.parallelograms.least_symbol(axis, frame)];
-        let error = sign * (target as i64 - middle) + frame.half;
-        let low = error & ((1 << width.plain) - 1);
-        let error = error >> width.plain;
+        let sign = if mirrored { -1 } else { 1 };
+        let table = (kind * WIDTHS + bin) * SYMBOLS;
+        let first = &mut self.by_neighbour[table + neighbour];
+        let second = &mut self.by_parallelogram[table + parallelogram];
+        let error = sign * (target as i64 - middle) + half;
+        let low = error & ((1 << plain) - 1);
+        let error = error >> plain;
         let wanted = if error.abs() <= NEAR { fold(error) } else { SYMBOLS - 1 };
         let coded = coder.symbol(wanted, first.mean(second));
-        first.learn(coded, FASTEST);
-        second.learn(coded, FASTEST);
+        first.learn(coded);
+        second.learn(coded);
         let error = if coded < SYMBOLS - 1 { unfold(coded) } else { self.escape(coder, kind, error) };
-        let low = if width.plain > 0 { coder.raw_wide(low as u32, width.plain) as i64 } else { 0 };
-        let value = middle + sign * ((error << width.plain) + low - frame.half);
-        let value = value.clamp(-(COORDINATE_LIMIT as i64), COORDINATE_LIMIT as i64) as i32;
-        self.cells[cell].learn(((value as i64) << FRACTION_BITS).abs_diff(place));
-        value
+        let low = if plain > 0 { coder.raw_wide(low as u32, plain) as i64 } else { 0 };
+        let value = middle + sign * ((error << plain) + low - half);
+        value.clamp(-(COORDINATE_LIMIT as i64), COORDINATE_LIMIT as i64) as i32
     }
 
     /// An error of more than [`NEAR`] units: its sign, the length of the rest, its bits.
@@ -328,174 +290,3 @@ impl TableModels {
         if negative { -NEAR - rest } else { NEAR + rest }
     }
 }
-
-/// Looks around the vertex whose turn it is; nothing if no neighbour is known.
-#[inline(always)]
-fn look(pass: &Pass, turn: &Turn, rough: &[Roughness], ring: &mut Ring) -> Option<Around> {
-    let Turn { v, corner, positions, errors, .. } = *turn;
-    let surface: &Surface = pass.surface;
-    let has_estimates = !pass.estimates.is_empty();
-    let is_known = |x: u32| x < v && !surface.is_virtual(x);
-    let origin = positions[v as usize];
-    let (mut fan, mut error) = (Fan::default(), Sum::default());
-    let (mut tangential, mut normal, mut distance) = (0u64, 0u64, 0u64);
-    let mut at_boundary = false;
-    ring.count = 0;
-    ring.neighbours = Points::EMPTY;
-    ring.parallelograms = Points::EMPTY;
-    let mut c = corner;
-    for _ in 0..MOST {
-        let n = next(c);
-        let a = surface.at(n);
-        if surface.is_virtual(a) {
-            at_boundary = true;
-            fan.interrupt();
-        } else if a < v {
-            let p = positions[a as usize];
-            let place = sub(p, origin);
-            fan.add(place);
-            distance += place.iter().map(|x| x.unsigned_abs()).sum::<u64>();
-            tangential += rough[a as usize].tangential as u64;
-            normal += rough[a as usize].normal as u64;
-            if a >= pass.first && has_estimates {
-                error.add(errors[(a - pass.first) as usize]);
-            }
-            ring.members[ring.count & (MOST - 1)] = a;
-            ring.count += 1;
-            ring.neighbours.push(place);
-            let (b, w) = (surface.at(next(n)), surface.at(surface.across(c)));
-            if is_known(b) && is_known(w) {
-                let (q, r) = (positions[b as usize], positions[w as usize]);
-                ring.parallelograms.push([0, 1, 2].map(|k| place[k] + q[k] as i64 - r[k] as i64));
-            }
-        } else if has_estimates {
-            fan.add(sub(positions[a as usize], origin));
-        } else {
-            fan.interrupt();
-        }
-        c = next(surface.across(n));
-        if c == corner {
-            break;
-        }
-    }
-    if ring.count == 0 {
-        return None;
-    }
-    let reciprocal = RECIPROCAL[ring.count];
-    let mean = |x: u64| (x * reciprocal) >> 16;
-    let expected = match turn.estimate {
-        Some(e) => [0, 1, 2].map(|k| e[k] + ((error.sum[k] * SHARE[error.count.min(7)]) >> 8)),
-        None => middle(&ring.members[..ring.count], positions),
-    };
-    // |x| + |y| + |z| is some 3/2 of the length.
-    let edge = mean(distance << FRACTION_BITS);
-    Some(Around {
-        expected,
-        origin,
-        normal: fan.normal(),
-        at_boundary,
-        cell: error.count.min(NEW - 1) * SIZES + bin(edge + 1, 2, -7, SIZES),
-        edge,
-        rough: Roughness { tangential: mean(tangential) as u32, normal: mean(normal) as u32 },
-    })
-}
-
-/// The mean of some vertices' positions, in 1/256.
-fn middle(vertices: &[u32], positions: &[Point]) -> Vector {
-    [0, 1, 2].map(|k| {
-        let sum: i64 = vertices.iter().map(|&v| positions[v as usize][k] as i64).sum();
-        (sum << FRACTION_BITS) / vertices.len() as i64
-    })
-}
-
-/// A sum of vectors.
-#[derive(Default)]
-struct Sum {
-    sum: Vector,
-    count: usize,
-}
-
-impl Sum {
-    #[inline(always)]
-    fn add(&mut self, x: [i32; 3]) {
-        self.sum = [0, 1, 2].map(|k| self.sum[k] + x[k] as i64);
-        self.count += 1;
-    }
-}
-
-/// The area of a fan whose ring comes point by point.
-#[derive(Default)]
-struct Fan {
-    first: Option<Vector>,
-    before: Option<Vector>,
-    area: Vector,
-}
-
-impl Fan {
-    #[inline(always)]
-    fn add(&mut self, place: Vector) {
-        match self.before {
-            Some(before) => self.triangle(before, place),
-            None if self.first.is_none() => self.first = Some(place),
-            None => {}
-        }
-        self.before = Some(place);
-    }
-
-    /// The ring has a gap here.
-    #[inline(always)]
-    fn interrupt(&mut self) {
-        self.before = None;
-    }
-
-    /// Only a ring of the largest faces could leave 64 bits.
-    #[inline(always)]
-    fn triangle(&mut self, a: Vector, b: Vector) {
-        let n = cross(a, b);
-        self.area = [0, 1, 2].map(|k| self.area[k].wrapping_add(n[k]));
-    }
-
-    /// The area vector, below 2²¹.
-    #[inline(always)]
-    fn normal(mut self) -> Vector {
-        if let (Some(before), Some(first)) = (self.before, self.first) {
-            self.triangle(before, first);
-        }
-        let all = self.area.iter().fold(0, |m, x| m | x.unsigned_abs());
-        let spare = 43u32.saturating_sub(all.leading_zeros());
-        self.area.map(|x| x >> spare)
-    }
-}
-
-/// How much of each neighbour's error to expect again, in 1/256, by the number of neighbours.
-const SHARE: [i64; 8] = [0, 48, 36, 28, 23, 19, 16, 14];
-
-/// Moves the expectations of the axes to come by what those before were off, so that the point stays
-/// in the tangent plane (normal last) or on the normal line (normal first).
-#[inline(always)]
-fn shift(
-    moved: &mut Vector,
-    expected: &Vector,
-    normal: Vector,
-    axes: [usize; 3],
-    step: usize,
-    order: AxisOrder,
-) {
-    let off = |k: usize| (moved[k] - expected[k]).clamp(-FAR, FAR);
-    match (order, step) {
-        (AxisOrder::NormalLast, 1) if normal[axes[2]] != 0 => {
-            let sum = normal[axes[0]] * off(axes[0]) + normal[axes[1]] * off(axes[1]);
-            moved[axes[2]] -= sum / normal[axes[2]];
-        }
-        (AxisOrder::NormalFirst, 0) if normal[axes[0]] != 0 => {
-            let off = off(axes[0]);
-            for later in [axes[1], axes[2]] {
-                moved[later] += normal[later] * off / normal[axes[0]];
-            }
-        }
-        _ => {}
-    }
-}
-
-/// No expectation is moved by more than this.
-const FAR: i64 = 1 << 37;

@@ -102,18 +102,38 @@ impl Traversal {
         self.visited += 1;
         let Some(queue) = &mut self.queue else { return };
         queue.remove(v - self.first);
-        // What the face before a neighbour adds to its support.
+        // Across an edge from the vertex to a member of its ring lie that member's two neighbours in the ring:
+        // which of them are known tells what the faces at the vertex are worth.
+        let is_known = |c: u32| self.known[surface.at(c) as usize];
+        let face = |a: bool, beyond: bool| match (a, beyond) {
+            (false, _) => 0,
+            (true, false) => PAIR,
+            (true, true) => PAIR + PARALLELOGRAM,
+        };
+        let (mut c, mut a) = (corner, surface.at(next(corner)));
+        let mut knows_a = self.known[a as usize];
+        let mut knows_before = is_known(surface.across(prev(corner)));
         let mut before = 0;
-        for c in surface.fan(corner) {
-            let (to_a, to_b) = (next(c), prev(c));
-            let (a, b) = (surface.at(to_a), surface.at(to_b));
-            self.raise(a, before + NEIGHBOUR + self.pair(surface, to_a));
-            before = self.pair(surface, to_b);
-            if self.known[a as usize] && self.known[b as usize] {
-                self.raise(surface.at(surface.across(c)), PARALLELOGRAM);
+        loop {
+            let following = surface.swing(c);
+            let (b, after) = (surface.at(prev(c)), surface.at(prev(following)));
+            let knows_b = self.known[b as usize];
+            if knows_a {
+                if knows_b {
+                    let beyond = surface.at(surface.across(c));
+                    raise(&self.known, self.first, queue, beyond, PARALLELOGRAM);
+                }
+            } else {
+                let by = before + NEIGHBOUR + face(knows_b, self.known[after as usize]);
+                raise(&self.known, self.first, queue, a, by);
+            }
+            before = face(knows_a, knows_before);
+            (c, a, knows_before, knows_a) = (following, b, knows_a, knows_b);
+            if c == corner {
+                break;
             }
         }
-        self.raise(surface.at(next(corner)), before);
+        raise(&self.known, self.first, queue, a, before);
     }
 
     /// What the vertex after `c` is worth to the one at `c`.
@@ -134,17 +154,13 @@ impl Traversal {
             PAIR
         }
     }
+}
 
-    /// Adds to the support of `v`, if it is still to be visited.
-    #[inline(always)]
-    fn raise(&mut self, v: u32, by: u8) {
-        if by > 0
-            && v >= self.first
-            && !self.known[v as usize]
-            && let Some(queue) = &mut self.queue
-        {
-            queue.raise(v - self.first, by);
-        }
+/// Adds to the support of `v`, if it is still to be visited.
+#[inline(always)]
+fn raise(known: &[bool], first: u32, queue: &mut Queue, v: u32, by: u8) {
+    if by > 0 && v >= first && !known[v as usize] {
+        queue.raise(v - first, by);
     }
 }
 

@@ -157,9 +157,10 @@ pub(crate) fn log_expm1(x: i32) -> i32 {
 #[inline(always)]
 pub(crate) fn log2_fixed(x: u64, bits: u32) -> i32 {
     let x = x.max(1);
-    let e = 63 - x.leading_zeros();
-    let mantissa = if e >= bits { x >> (e - bits) } else { x << (bits - e) };
-    ((e as i32) << bits) + (mantissa as i32 - (1 << bits))
+    let zeros = x.leading_zeros();
+    // 1 in the highest bit: the mantissa's bits follow.
+    let mantissa = (x << zeros) >> (63 - bits);
+    ((62 - zeros as i32) << bits) + mantissa as i32
 }
 
 #[cfg(test)]

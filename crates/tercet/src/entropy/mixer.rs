@@ -68,14 +68,14 @@ impl<const V: usize> Weights<V> {
 
     /// Moves the weights down the gradient of the code length; early outcomes move them more.
     ///
-    /// `error` is that of the probability that was coded with ([`error`]); `rate`/65536, below
-    /// 2¹¹ / 4 so that a step fits 16 bits, how fast to learn. All in 16 bits, eight at once: the
-    /// upper half of a product, rounded, added with saturation.
+    /// `error` is that of the probability that was coded with ([`error`]); `rate`/65536 how fast
+    /// to learn. All in 16 bits, eight at once: the upper half of a product, rounded, added with saturation.
     #[inline(always)]
     pub fn learn(&mut self, opinions: &[Opinions; V], error: i32, rate: i32) {
         let rate = rate * BOOST[self.uses as usize & (BOOSTED - 1)] as i32;
         self.uses = (self.uses + 1).min(BOOSTED as i16 - 1);
-        let step = i16x8::splat(((error * rate) >> 12) as i16);
+        let step = ((error * rate) >> 12).clamp(i16::MIN as i32, i16::MAX as i32);
+        let step = i16x8::splat(step as i16);
         for (weights, &opinions) in self.weights.iter_mut().zip(opinions) {
             let change = (opinions << 3_i32).mul_keep_high(step);
             *weights = weights.saturating_add((change + i16x8::splat(2)) >> 2_i32);

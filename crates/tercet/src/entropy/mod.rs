@@ -12,6 +12,7 @@ mod coder;
 mod counter;
 mod logistic;
 mod mixer;
+#[cfg(feature = "max")]
 mod secondary;
 mod symbol;
 mod table;
@@ -20,6 +21,7 @@ pub(crate) use coder::{Coder, Cursor, Decoder, Encoder};
 pub(crate) use counter::Counter;
 pub(crate) use logistic::{LOGIT_LIMIT, log_expm1, log2_fixed, softplus, squash, stretch};
 pub(crate) use mixer::{Mixer, Opinions, error};
+#[cfg(feature = "max")]
 pub(crate) use secondary::{Knot, Secondary};
 pub(crate) use symbol::{Frequencies, SYMBOLS};
 pub(crate) use table::table;

@@ -34,15 +34,18 @@ impl Cumulative {
 
 /// A distribution that moves towards each symbol that comes, the first ones more.
 ///
-/// What it keeps are cumulative frequencies in 1/2¹⁴, of the symbols before each.
+/// It keeps cumulative frequencies in 1/2¹⁴, of the symbols before each. There is none before the first one:
+/// in its place is how often the distribution was used, so that two of them fill a line of a cache.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Frequencies {
-    before: [i16x8; 2],
-    uses: u32,
-}
+pub(crate) struct Frequencies([i16x8; 2]);
 
 /// The largest cumulative frequency; twice as much still fits 16 bits.
 const FULL: i16 = (1 << 14) - 1;
+
+/// The first step is 2^−this; it is halved after every [`STAGE`] uses down to 2^−[`SLOWEST`].
+const FASTEST: i16 = 4;
+const SLOWEST: i16 = 7;
+const STAGE: i16 = 8;
 
 /// For each symbol −1 in the places after it.
 static AFTER: [[i16; SYMBOLS]; SYMBOLS] = {
@@ -60,34 +63,41 @@ static AFTER: [[i16; SYMBOLS]; SYMBOLS] = {
 /// The floor of 8 for each symbol, times its index.
 const FLOORS: [[i16; 8]; 2] = [[0, 8, 16, 24, 32, 40, 48, 56], [64, 72, 80, 88, 96, 104, 112, 120]];
 
+/// All ones but in the place of the uses, and 1 in that place.
+const REST: [i16; 8] = [0, -1, -1, -1, -1, -1, -1, -1];
+const USE: [i16; 8] = [1, 0, 0, 0, 0, 0, 0, 0];
+
 impl Frequencies {
     /// With the cumulative frequencies `before` in 1/2¹⁴, ascending from 0.
     pub fn new(before: [i16; SYMBOLS]) -> Self {
-        let half = |i: usize| std::array::from_fn(|j| before[8 * i + j]);
-        Frequencies { before: [i16x8::new(half(0)), i16x8::new(half(1))], uses: 0 }
+        let half = |i: usize| i16x8::new(std::array::from_fn(|j| before[8 * i + j]));
+        Frequencies([half(0), half(1)])
     }
 
     /// The mean of two distributions, with a floor for every symbol.
     #[inline(always)]
     pub fn mean(&self, other: &Frequencies) -> Cumulative {
-        Cumulative([0, 1].map(|i| {
-            let sum = self.before[i] + other.before[i];
+        let sum = |i: usize| {
+            let sum = self.0[i] + other.0[i];
             sum - (sum >> 7_i32) + i16x8::new(FLOORS[i])
-        }))
+        };
+        Cumulative([sum(0) & i16x8::new(REST), sum(1)])
     }
 
-    /// Learns a symbol by a step of 2^−`fastest`, halved after every eight uses down to 2⁻⁷.
+    /// Learns a symbol.
     #[inline(always)]
-    pub fn learn(&mut self, symbol: usize, fastest: u32) {
-        let rate = (fastest + self.uses / 8).min(7);
-        self.uses = (self.uses + 1).min(255);
+    pub fn learn(&mut self, symbol: usize) {
+        let uses = self.0[0].to_array()[0];
+        let rate = FASTEST + (uses / STAGE).min(SLOWEST - FASTEST);
         // Rounding down then reaches both ends.
         let target = i16x8::splat(FULL + (1 << rate) - 1);
         let after = &AFTER[symbol & (SYMBOLS - 1)];
-        for i in 0..2 {
+        let step = |i: usize| {
             let after = i16x8::new(std::array::from_fn(|j| after[8 * i + j]));
-            self.before[i] = self.before[i] + (((after & target) - self.before[i]) >> rate);
-        }
+            ((after & target) - self.0[i]) >> rate
+        };
+        let once = if uses < STAGE * (SLOWEST - FASTEST) { i16x8::new(USE) } else { i16x8::ZERO };
+        self.0 = [self.0[0] + (step(0) & i16x8::new(REST)) + once, self.0[1] + step(1)];
     }
 }
 
@@ -108,28 +118,28 @@ mod tests {
         let mut encoder = Encoder::new();
         for s in sequence() {
             encoder.symbol(s, fast.mean(&slow));
-            fast.learn(s, 4);
-            slow.learn(s, 6);
+            fast.learn(s);
+            slow.learn(12 - s);
         }
         let bytes = encoder.finish();
         let (mut fast, mut slow) = (even, even);
         let mut decoder = Decoder::new(&bytes);
         for s in sequence() {
             assert_eq!(decoder.symbol(0, fast.mean(&slow)), s);
-            fast.learn(s, 4);
-            slow.learn(s, 6);
+            fast.learn(s);
+            slow.learn(12 - s);
         }
         let mut certain = even;
-        (0..2000).for_each(|_| certain.learn(15, 5));
+        (0..2000).for_each(|_| certain.learn(15));
         assert_eq!(certain.mean(&certain).interval(15), [120, 1 << TOTAL_BITS]);
-        (0..2000).for_each(|_| certain.learn(0, 5));
+        (0..2000).for_each(|_| certain.learn(0));
         assert_eq!(certain.mean(&certain).interval(0)[1], (1 << TOTAL_BITS) - 2 - 255 + 8);
     }
 
     #[test]
     fn every_slot_belongs_to_the_symbol_whose_interval_holds_it() {
         let mut frequencies = Frequencies::new(std::array::from_fn(|i| 1024 * i as i16));
-        sequence().for_each(|s| frequencies.learn(s, 5));
+        sequence().for_each(|s| frequencies.learn(s));
         let cumulative = frequencies.mean(&frequencies);
         for slot in 0..=i16::MAX {
             let [low, high] = cumulative.interval(cumulative.find(slot));

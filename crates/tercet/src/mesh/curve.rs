@@ -8,7 +8,7 @@
 
 use super::{Cut, Lattice, Mesh, box_lattice, cut};
 
-/// As [`cut`], but the surface has its vertices in the order of the cells that they lie in, and its faces in the
+/// As `cut`, but the surface has its vertices in the order of the cells that they lie in, and its faces in the
 /// order of their first vertices.
 ///
 /// Time as `cut` and O(n log n) for loose vertices and degenerate faces.

@@ -16,17 +16,9 @@ pub(crate) struct Refined {
     pub first: Vec<u32>,
 }
 
-/// The fine corner that faces the same edge as coarse corner `c`.
-#[inline(always)]
-fn heir(c: u32, split: &[bool], first: &[u32]) -> u32 {
-    let f = c / 3;
-    let k = c - 3 * f;
-    if split[f as usize] { 3 * (first[f as usize] + k) + 2 } else { 3 * first[f as usize] + k }
-}
-
-/// Splits the faces with `split[f]` and flips the edges with `flip[c]`, in linear time.
+/// Splits the faces with `split[f]` and flips the edges opposite to the corners `flips`, in linear time.
 ///
-/// `flip` has one entry a corner, equal on both sides of an edge; a flipped edge has at least
+/// Of each edge one corner is named at most. A flipped edge has at least
 /// one split side and an unsplit face has at most one flipped edge, so that the flips act on
 /// disjoint pairs of fine faces and their order is indifferent.
 ///
@@ -39,46 +31,46 @@ fn heir(c: u32, split: &[bool], first: &[u32]) -> u32 {
 ///       \|/               \ /
 ///        x                 x
 /// ```
-pub(crate) fn refine(coarse: &Surface, split: &[bool], flip: &[bool]) -> Refined {
-    let faces = coarse.faces();
-    let mut first = Vec::with_capacity(faces as usize);
-    let mut count = 0u32;
+pub(crate) fn refine(coarse: &Surface, split: &[bool], flips: &[u32]) -> Refined {
+    let mut first = Vec::with_capacity(split.len());
+    let mut heirs = Vec::with_capacity(coarse.vertex.len());
+    let mut count = 0;
     for &s in split {
         first.push(count);
+        heirs.extend([0, 1, 2].map(|k| 3 * count + if s { 3 * k + 2 } else { k }));
         count += if s { 3 } else { 1 };
     }
+    // Each face is written as if it were split; what is too much the next one overwrites.
+    const SPARE: usize = 6;
     let corners = 3 * count as usize;
-    let mut vertex = vec![0; corners];
-    let mut opposite = vec![0; corners];
-    let mut vertices = coarse.vertices;
-    for f in 0..faces {
-        let t = coarse.face(f);
-        let o = 3 * first[f as usize];
+    let mut vertex = vec![0; corners + SPARE];
+    let mut opposite = vec![0; corners + SPARE];
+    let mut v = coarse.vertices;
+    let faces = coarse.vertex.chunks_exact(3).zip(coarse.opposite.chunks_exact(3));
+    for (((t, across), &s), &first) in faces.zip(split).zip(&first) {
+        let o = 3 * first;
         let i = o as usize;
-        let heirs = [0, 1, 2].map(|k| heir(coarse.across(3 * f + k), split, &first));
-        if split[f as usize] {
-            let v = vertices;
-            vertices += 1;
-            vertex[i..i + 9].copy_from_slice(&[t[1], t[2], v, t[2], t[0], v, t[0], t[1], v]);
-            for (a, b) in [(0, 4), (3, 7), (6, 1)] {
-                opposite[i + a] = o + b as u32;
-                opposite[i + b] = o + a as u32;
-            }
-            for k in 0..3 {
-                opposite[i + 3 * k + 2] = heirs[k];
-            }
-        } else {
-            vertex[i..i + 3].copy_from_slice(&t);
-            opposite[i..i + 3].copy_from_slice(&heirs);
-        }
+        let [t0, t1, t2] = [t[0], t[1], t[2]];
+        let [h0, h1, h2] = [across[0], across[1], across[2]].map(|c| heirs[c as usize]);
+        let [x, y, z] = if s { [t1, t2, v] } else { [t0, t1, t2] };
+        vertex[i..i + 9].copy_from_slice(&[x, y, z, t2, t0, v, t0, t1, v]);
+        let [x, y, z] = if s { [o + 4, o + 6, h0] } else { [h0, h1, h2] };
+        opposite[i..i + 9].copy_from_slice(&[x, y, z, o + 7, o, h1, o + 1, o + 3, h2]);
+        v += s as u32;
     }
-    let mut fine = Surface { vertex, opposite, vertices, virtuals: coarse.virtuals };
-    for c in 0..coarse.vertex.len() as u32 {
-        if flip[c as usize] && c < coarse.across(c) {
-            flip_edge(&mut fine, heir(c, split, &first), heir(coarse.across(c), split, &first));
-        }
+    vertex.truncate(corners);
+    opposite.truncate(corners);
+    let mut fine = Surface { vertex, opposite, vertices: v, virtuals: coarse.virtuals };
+    for &c in flips {
+        flip_edge(&mut fine, heirs[c as usize], heirs[coarse.across(c) as usize]);
     }
     Refined { surface: fine, first }
+}
+
+/// The corners before their opposites whose edges are flipped, of `flip` with one entry a corner, equal on both
+/// sides of an edge.
+pub(crate) fn flipped(coarse: &Surface, flip: &[bool]) -> Vec<u32> {
+    (0..).zip(flip).filter(|&(c, &flip)| flip && c < coarse.across(c)).map(|(c, _)| c).collect()
 }
 
 /// Flips the edge between the opposite corners `a` (at P) and `b` (at Q): the faces (P, x, y)
@@ -132,7 +124,7 @@ mod tests {
                         (taken[f], taken[g]) = (true, true);
                     }
                 }
-                let refined = refine(&coarse, &split, &flip);
+                let refined = refine(&coarse, &split, &flipped(&coarse, &flip));
                 refined.surface.validate().unwrap();
                 let splits = (0..4).filter(|&f| split[f as usize]);
                 for (f, v) in splits.zip(coarse.vertices..) {
@@ -147,7 +139,7 @@ mod tests {
     #[test]
     fn yes_to_every_question_is_the_sqrt3_step() {
         let coarse = tetrahedron();
-        let fine = refine(&coarse, &[true; 4], &[true; 12]).surface;
+        let fine = refine(&coarse, &[true; 4], &flipped(&coarse, &[true; 12])).surface;
         assert_eq!((fine.vertices, fine.faces()), (8, 12));
         assert_eq!(fine.valences(), [3, 3, 3, 3, 6, 6, 6, 6]);
     }

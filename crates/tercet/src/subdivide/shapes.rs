@@ -1,6 +1,6 @@
 //! Small surfaces for tests, and a generator of repeatable random numbers.
 
-use super::{StepKind, refine, refine_regular};
+use super::{StepKind, flipped, refine, refine_regular};
 use crate::mesh::{NONE, Surface, next, prev};
 use std::collections::BTreeMap;
 
@@ -123,7 +123,7 @@ pub(crate) fn irregular() -> Surface {
         let split: Vec<bool> = (0..s.faces()).map(|_| random.below(3) == 0).collect();
         let lone = |c: u32| split[(c / 3) as usize] && split[(s.across(c) / 3) as usize];
         let flip: Vec<bool> = (0..s.vertex.len() as u32).map(lone).collect();
-        s = refine(&s, &split, &flip).surface;
+        s = refine(&s, &split, &flipped(&s, &flip)).surface;
     }
     s.validate().unwrap();
     s

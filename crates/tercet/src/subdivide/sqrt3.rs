@@ -53,8 +53,9 @@ fn refine_even(coarse: &Surface) -> Refined {
     let split: Vec<bool> = (0..coarse.faces()).map(|f| !coarse.is_virtual_face(f)).collect();
     let real = |c: u32| split[(c / 3) as usize];
     let corners = 0..coarse.vertex.len() as u32;
-    let flip: Vec<bool> = corners.map(|c| real(c) && real(coarse.across(c))).collect();
-    refine(coarse, &split, &flip)
+    let is_flipped = |&c: &u32| c < coarse.across(c) && real(c) && real(coarse.across(c));
+    let flips: Vec<u32> = corners.filter(is_flipped).collect();
+    refine(coarse, &split, &flips)
 }
 
 /// For each face on a boundary edge, real or virtual, the corner opposite to that edge; `NONE`

@@ -3,7 +3,7 @@ use std::collections::BTreeMap;
 use super::reduce;
 use crate::mesh::{NONE, Surface, next, prev};
 use crate::reverse::{Reduction, StepKind, lift};
-use crate::subdivide::refine;
+use crate::subdivide::{flipped, refine};
 
 /// A small generator (Marsaglia's xorshift).
 struct Random(u64);
@@ -207,7 +207,7 @@ fn checked_reduce(fine: &Surface, positions: &[[i32; 3]], random: &mut Random) -
     let split: Vec<bool> = map.iter().map(|&c| r.split[(c / 3) as usize]).collect();
     let flip: Vec<bool> =
         map.iter().flat_map(|&c| [c, next(c), prev(c)]).map(|c| r.flip[c as usize]).collect();
-    let refined = refine(&decoded, &split, &flip);
+    let refined = refine(&decoded, &split, &flipped(&decoded, &flip));
     refined.surface.validate().unwrap();
     let lifted = lift(&refined, &r, fine, &map);
     assert_isomorphic(&refined.surface, fine, &lifted);
@@ -274,7 +274,7 @@ fn complexes_that_are_not_simple_refine_back_too() {
                     (used[f], used[g]) = (true, true);
                 }
             }
-            surface = refine(&surface, &split, &flip).surface;
+            surface = refine(&surface, &split, &flipped(&surface, &flip)).surface;
         }
         let positions = (0..surface.vertices).map(|_| [(); 3].map(|()| random.below(500) as i32)).collect();
         descend((surface, positions), |fine, r| removed += fine.vertices - r.coarse.vertices);

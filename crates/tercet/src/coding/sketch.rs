@@ -1,0 +1,74 @@
+//! What the faces of a coarse surface look like to the fast profile.
+//!
+//! The cotangent of the angle that faces an edge is a difference of squared lengths over the area, so
+//! that those of both halves of an edge, before a face is split and after, follow from one number a corner.
+
+use super::shape::{FaceShape, VIRTUAL, direction};
+use super::vector::{Point, Vector, dot, sub};
+use crate::mesh::Surface;
+
+/// Ratios of squares to areas, in 1/256, are held below this.
+const MOST_RATIO: i16 = 1 << 14;
+
+/// The faces and vertices of a level.
+pub(crate) struct Sketch {
+    /// For each face the logarithm of double its area in 1/32 octaves, or [`VIRTUAL`].
+    pub area: Vec<i16>,
+    /// For each face and each of its edges the edge's square over four times the face's area, in 1/256, edges in the order
+    /// of the corners that face them. In a virtual face that of a real edge is large, the others are 0.
+    pub ratio: Vec<[i16; 3]>,
+    pub vertex: Vec<VertexSketch>,
+}
+
+/// What the faces around a vertex have in common; 8 bytes.
+#[derive(Clone, Copy)]
+pub(crate) struct VertexSketch {
+    /// Unit normal in 1/2¹⁴, weighted by area.
+    pub normal: [i16; 3],
+    /// Mean of the real faces' `area`.
+    pub area: i16,
+}
+
+/// Sums over the faces at a vertex.
+#[derive(Clone, Copy, Default)]
+struct Sum {
+    normal: Vector,
+    area: u32,
+    count: u32,
+}
+
+impl Sketch {
+    /// Looks at every face of `surface` once; time O(n).
+    pub fn new(surface: &Surface, positions: &[Point]) -> Self {
+        let faces = surface.faces() as usize;
+        let mut sums = vec![Sum::default(); surface.vertices as usize];
+        let (mut area, mut ratio) = (Vec::with_capacity(faces), Vec::with_capacity(faces));
+        for t in surface.vertex.chunks_exact(3) {
+            let t = [t[0], t[1], t[2]];
+            if t.iter().any(|&v| surface.is_virtual(v)) {
+                area.push(VIRTUAL);
+                ratio.push(t.map(|v| if surface.is_virtual(v) { MOST_RATIO } else { 0 }));
+                continue;
+            }
+            let p = t.map(|v| positions[v as usize]);
+            let (shape, normal) = FaceShape::new(p);
+            for v in t {
+                let sum = &mut sums[v as usize];
+                // A fan would need thousands of the largest faces to leave 64 bits.
+                sum.normal = [0, 1, 2].map(|k| sum.normal[k].wrapping_add(normal[k]));
+                sum.area = sum.area.wrapping_add(shape.area as u32);
+                sum.count += 1;
+            }
+            area.push(shape.area);
+            let edges = [0, 1, 2].map(|k| sub(p[(k + 1) % 3], p[(k + 2) % 3]));
+            ratio.push(shape.inverse.halves(edges.map(|edge| dot(edge, edge)), MOST_RATIO));
+        }
+        Sketch { area, ratio, vertex: sums.into_iter().map(Sum::sketch).collect() }
+    }
+}
+
+impl Sum {
+    fn sketch(self) -> VertexSketch {
+        VertexSketch { normal: direction(self.normal), area: (self.area / self.count.max(1)) as i16 }
+    }
+}
