@@ -55,10 +55,9 @@ impl<const N: usize> Regression<N> {
         }
         for i in 0..N {
             let row = &self.moments[i];
-            let explained: i64 = row.iter().zip(self.weights).map(|(m, w)| (m * w) >> WEIGHT_BITS).sum();
-            let own = (row[i] * self.weights[i]) >> WEIGHT_BITS;
-            let rest = self.products[i] - explained + own;
-            self.weights[i] = ((rest << WEIGHT_BITS) / (row[i] + RIDGE)).clamp(-LARGEST, LARGEST);
+            let explained: i64 = row.iter().zip(self.weights).map(|(moment, weight)| moment * weight).sum();
+            let rest = (self.products[i] << WEIGHT_BITS) - explained + row[i] * self.weights[i];
+            self.weights[i] = (rest / (row[i] + RIDGE)).clamp(-LARGEST, LARGEST);
         }
     }
 }
