@@ -5,7 +5,7 @@ use super::base::code_base;
 use super::counted::CountedModels;
 use super::flip::FlipModels;
 use super::model::number;
-use super::pass::{Pass, Roughness};
+use super::pass::{ANYWHERE, Pass, Roughness};
 use super::positions::Positions;
 use super::predict::estimate;
 use super::region::{Field, Regions, regions};
@@ -202,7 +202,7 @@ impl Levels {
                 Course::Mixed(Box::new(Regions::new(count)))
             }
         };
-        let (bits, origin) = (0, [0; 3]);
+        let (bits, origin) = ANYWHERE;
         self.open =
             Some(Open { first, estimates, order, shares, bits, origin, by_support, course, lifted: None });
     }
