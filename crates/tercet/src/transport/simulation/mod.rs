@@ -6,6 +6,7 @@
 
 mod channel;
 mod ordered;
+mod recovery;
 mod session;
 mod summary;
 
