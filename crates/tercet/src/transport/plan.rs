@@ -37,9 +37,6 @@ pub(super) struct Demand {
     pub(super) bytes: u32,
     /// What is gained when it, and all before it, are complete.
     pub(super) gain: f64,
-    /// The probability of being complete that it is given if the budget allows, whatever it gains.
-    /// Strategies without redundancy, or with the same for all blocks, pass over it.
-    pub(super) floor: f64,
 }
 
 impl Demand {
@@ -198,12 +195,7 @@ fn greedy(demands: &[Demand], budget: u64, runs: &mut Runs) -> Vec<u32> {
 }
 
 fn optimal(demands: &[Demand], budget: u64, runs: &mut Runs) -> Vec<u32> {
-    let mut choices = affordable_choices(demands, budget, runs);
-    for (demand, choices) in demands.iter().zip(&mut choices) {
-        if choices.last().is_some_and(|best| best.chance >= demand.floor) {
-            choices.retain(|choice| choice.chance >= demand.floor);
-        }
-    }
+    let choices = affordable_choices(demands, budget, runs);
     let largest = demands.iter().map(|demand| u64::from(demand.bytes)).max().unwrap_or(1).max(1);
     if let Some(packets) = all_certain(demands, &choices, budget) {
         return packets;

@@ -11,6 +11,7 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use super::code::Code;
+use super::cover::{Cover, cover};
 use super::loss::{GilbertElliott, Runs};
 use super::pace::pace;
 use super::packet::{MAX_DATAGRAM, OVERHEAD};
@@ -19,8 +20,11 @@ use super::quality::{Objective, Quality};
 use super::report::Report;
 use super::sender::Source;
 
-/// The probability with which the base mesh arrives in the first round trip, where that can be had.
-const BASE_FLOOR: f64 = 0.9998;
+/// Round trips after which a packet that a report does not tell of was lost: one, the packet's own length, and
+/// some for packets that overtake each other.
+const REPORTED: f64 = 1.25;
+/// Round trips after which it counts as lost if no report comes at all. A burst on the way back is no loss.
+const UNREPORTED: f64 = 3.0;
 
 /// What a session is to reach.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -86,8 +90,10 @@ struct Block {
     needed: u32,
     /// Packets to send besides those.
     repairs: u32,
-    /// The number of the packet from which on they may be sent.
-    due: u32,
+    /// They may be sent once so many bytes have been sent.
+    due: u64,
+    /// Bytes between its repairs, if not those between the repairs of all.
+    distance: Option<u64>,
 }
 
 impl Block {
@@ -100,10 +106,9 @@ impl Block {
         if self.complete { 0 } else { self.code.symbols.saturating_sub(self.received).max(1) }
     }
 
-    fn demand(&self, goal: Goal) -> Demand {
-        let floor = if self.base && goal == Goal::Anytime { BASE_FLOOR } else { 0.0 };
+    fn demand(&self) -> Demand {
         let (lacking, pending) = (self.lacking(), self.pending);
-        Demand { lacking, pending, bytes: self.bytes(), gain: self.gain, floor }
+        Demand { lacking, pending, bytes: self.bytes(), gain: self.gain }
     }
 }
 
@@ -154,6 +159,7 @@ impl Schedule {
                 needed: 0,
                 repairs: 0,
                 due: 0,
+                distance: None,
             });
             before = quality;
         }
@@ -187,12 +193,14 @@ impl Schedule {
     }
 
     /// Takes a report. One that is older than another does no harm: the next one mends it.
-    pub(super) fn report(&mut self, report: &Report) {
+    pub(super) fn report(&mut self, report: &Report, now: Duration) {
         while let Some(flight) = self.flights.pop_front_if(|flight| flight.number < report.heard) {
             self.blocks[flight.block].pending -= 1;
             self.stale = true;
         }
         self.runs.heard = report.heard > 0;
+        // Reports do come back: what was sent long enough before this one, and is not in it, was lost.
+        self.give_up(now, self.settings.conditions.round_trip.mul_f64(REPORTED));
         let done = usize::from(report.done).min(self.blocks.len());
         for block in &mut self.blocks[..done] {
             self.stale |= !block.complete;
@@ -211,7 +219,7 @@ impl Schedule {
 
     /// The symbol to send at `now`, if any.
     pub(super) fn next_turn(&mut self, now: Duration) -> Option<Turn> {
-        self.give_up_old(now);
+        self.give_up(now, self.settings.conditions.round_trip.mul_f64(UNREPORTED));
         if self.is_done() || self.number == u32::MAX {
             return None;
         }
@@ -219,7 +227,7 @@ impl Schedule {
             self.renew(now);
         }
         let mut chosen = self.choose();
-        if chosen.is_none() && !self.idle && self.fills() {
+        if chosen.is_none() && !self.idle && self.protects_at_any_time() {
             let certain = plan(Strategy::Optimal, &self.demands(), self.cap(), &mut self.runs);
             self.adopt(&certain);
             self.idle = true;
@@ -228,15 +236,14 @@ impl Schedule {
         chosen.map(|block| self.send(block, now))
     }
 
-    /// Whether a link that would be idle carries further repairs.
-    fn fills(&self) -> bool {
+    /// Whether the base is protected most, and a link that would be idle carries further repairs.
+    fn protects_at_any_time(&self) -> bool {
         let protects = matches!(self.settings.strategy, Strategy::Greedy | Strategy::Optimal);
         self.settings.goal == Goal::Anytime && protects
     }
 
-    /// Packets that must have been reported by now, had they arrived, are taken for lost.
-    fn give_up_old(&mut self, now: Duration) {
-        let patience = self.settings.conditions.round_trip.mul_f64(1.5);
+    /// Packets that were sent so long ago are taken for lost.
+    fn give_up(&mut self, now: Duration, patience: Duration) {
         while let Some(flight) = self.flights.pop_front_if(|flight| flight.sent + patience < now) {
             self.blocks[flight.block].pending -= 1;
             self.stale = true;
@@ -259,8 +266,7 @@ impl Schedule {
     }
 
     fn demands(&self) -> Vec<Demand> {
-        let goal = self.settings.goal;
-        self.blocks.iter().filter(|block| !block.complete).map(|block| block.demand(goal)).collect()
+        self.blocks.iter().filter(|block| !block.complete).map(Block::demand).collect()
     }
 
     /// Plans anew with what is known at `now`.
@@ -282,6 +288,7 @@ impl Schedule {
             }
         };
         self.adopt(&packets);
+        self.cover_base();
         (self.stale, self.idle) = (false, false);
     }
 
@@ -294,17 +301,35 @@ impl Schedule {
         }
     }
 
+    /// Before any report can help, the blocks of the base are repaired by a rule of their own.
+    fn cover_base(&mut self) {
+        let window = self.carried(self.settings.conditions.round_trip);
+        if !self.protects_at_any_time() || self.sent >= window {
+            return;
+        }
+        let mut first = 0;
+        for block in self.blocks.iter_mut().filter(|block| block.base && !block.complete) {
+            let symbols = block.code.symbols;
+            let room = window.saturating_sub(first) as f64 / MAX_DATAGRAM as f64;
+            let Cover { repairs, distance } = cover(symbols, room, &self.settings.conditions.loss);
+            block.repairs = (symbols + repairs).saturating_sub(block.fresh.max(symbols));
+            // The cast saturates.
+            block.distance = Some((distance * MAX_DATAGRAM as f64) as u64);
+            first += u64::from(symbols) * u64::from(block.bytes());
+        }
+    }
+
     /// The block whose turn it is.
     fn choose(&mut self) -> Option<usize> {
-        let number = self.number;
-        let is_due = |block: &Block| block.repairs > 0 && block.needed == 0 && block.due <= number;
+        let sent = self.sent;
+        let is_due = |block: &Block| block.repairs > 0 && block.needed == 0 && block.due <= sent;
         let due = self.blocks.iter().position(|block| !block.complete && is_due(block));
         let needed = self.blocks.iter().position(|block| !block.complete && block.needed > 0);
         match (due.filter(|_| self.settings.goal == Goal::Anytime), needed) {
             (Some(block), _) => return Some(self.repair(block)),
             (None, Some(block)) => {
                 self.blocks[block].needed -= 1;
-                self.blocks[block].due = number.saturating_add(self.distance());
+                self.put_off(block, self.distance());
                 return Some(block);
             }
             (None, None) => {}
@@ -318,18 +343,31 @@ impl Schedule {
     fn repair(&mut self, block: usize) -> usize {
         self.blocks[block].repairs -= 1;
         // The next one may meet another burst.
-        self.blocks[block].due = self.number.saturating_add(self.distance().min(4));
+        self.put_off(block, self.distance().min(4 * MAX_DATAGRAM as u64));
         self.repaired = block;
         block
     }
 
-    /// Packets between a block's first packets and its repairs: twice the length of a burst, but at most
+    /// A packet of the block is sent: when a repair is due, at this distance unless the block has its own.
+    fn put_off(&mut self, block: usize, distance: u64) {
+        let block = &mut self.blocks[block];
+        block.due = match block.distance {
+            // No later than at its distance, although it has to wait for the end of another packet.
+            Some(own) if block.fresh < block.code.symbols => {
+                (self.sent + own).saturating_sub(MAX_DATAGRAM as u64 - 1)
+            }
+            Some(own) => block.due + own,
+            None => self.sent + distance,
+        };
+    }
+
+    /// Bytes between a block's first packets and its repairs: twice the length of a burst, but at most
     /// a third of a round trip, because a report comes after a whole one.
-    fn distance(&self) -> u32 {
+    fn distance(&self) -> u64 {
         let Conditions { loss, round_trip, .. } = self.settings.conditions;
-        let third = self.carried(round_trip / 3) / MAX_DATAGRAM as u64;
-        // The casts keep the values or saturate.
-        (2.0 * (loss.burst() - 1.0).round()).min(third as f64) as u32
+        // The cast saturates.
+        let bursts = (2.0 * (loss.burst() - 1.0) * MAX_DATAGRAM as f64) as u64;
+        bursts.min(self.carried(round_trip / 3))
     }
 
     fn send(&mut self, index: usize, now: Duration) -> Turn {

@@ -4,7 +4,7 @@ use crate::transport::GilbertElliott;
 use std::time::Instant;
 
 fn demand(lacking: u32, bytes: u32, gain: f64) -> Demand {
-    Demand { lacking, pending: 0, bytes, gain, floor: 0.0 }
+    Demand { lacking, pending: 0, bytes, gain }
 }
 
 fn cost(demands: &[Demand], packets: &[u32]) -> u64 {
@@ -83,15 +83,6 @@ fn protection_falls_from_level_to_level() {
     let demands = [demand(1, 1178, 30.0), demand(1, 1178, 6.0), demand(1, 1178, 6.0), demand(1, 1178, 6.0)];
     let packets = plan(Strategy::Optimal, &demands, 1178 * 7, &mut runs);
     assert!(packets.is_sorted_by(|a, b| a >= b) && packets[0] > packets[3], "{packets:?}");
-}
-
-#[test]
-fn a_floor_is_kept_where_it_can_be() {
-    let mut runs = Runs::new(GilbertElliott::independent(0.1).unwrap());
-    let demands =
-        [Demand { floor: 0.999_9, ..demand(1, 1178, 1.0) }, demand(1, 1178, 50.0), demand(1, 1178, 50.0)];
-    assert!(plan(Strategy::Optimal, &demands, 1178 * 6, &mut runs)[0] >= 4);
-    assert!(plan(Strategy::Optimal, &demands, 1178 * 2, &mut runs)[0] >= 1);
 }
 
 #[test]

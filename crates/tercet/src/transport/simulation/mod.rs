@@ -10,6 +10,9 @@ mod recovery;
 mod session;
 mod summary;
 
+#[cfg(test)]
+mod tests;
+
 pub use channel::{Channel, Loss, Step};
 pub use ordered::ordered;
 pub use session::session;
