@@ -55,6 +55,7 @@ mod loss;
 mod pace;
 mod packet;
 mod plan;
+mod pool;
 mod quality;
 mod receiver;
 mod report;

@@ -3,7 +3,8 @@
 //! The plan says how many packets each block gets. First come those without which a block cannot be
 //! decoded, in the order of the file. Before a deadline repairs come last, the blocks taking turns:
 //! until then the order is free, and this one loses least, because a repair that a report makes
-//! needless meanwhile is never sent. Where the viewer may look at any time, repairs follow their
+//! needless meanwhile is never sent; and where reports come early enough to be relied on, the plan goes as
+//! deep as they allow and leaves repairs open. Where the viewer may look at any time, repairs follow their
 //! block at a distance that outlasts most bursts, and a link that would be idle carries further ones.
 //! Every symbol is a fresh one; none is sent twice while others are left.
 
@@ -15,7 +16,8 @@ use super::cover::{Cover, cover};
 use super::loss::{GilbertElliott, Runs};
 use super::pace::pace;
 use super::packet::{MAX_DATAGRAM, OVERHEAD};
-use super::plan::{Demand, Strategy, plan};
+use super::plan::{Demand, Strategy, expected, plan};
+use super::pool::deepest;
 use super::quality::{Objective, Quality};
 use super::report::Report;
 use super::sender::Source;
@@ -25,6 +27,9 @@ use super::sender::Source;
 const REPORTED: f64 = 1.25;
 /// Round trips after which it counts as lost if no report comes at all. A burst on the way back is no loss.
 const UNREPORTED: f64 = 3.0;
+
+/// Round trips after which a loss can be relied on to have been reported, even if a report was lost itself.
+const RELIED: f64 = 1.5;
 
 /// What a session is to reach.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -227,16 +232,22 @@ impl Schedule {
             self.renew(now);
         }
         let mut chosen = self.choose();
-        if chosen.is_none() && !self.idle && self.protects_at_any_time() {
-            let certain = plan(Strategy::Optimal, &self.demands(), self.cap(), &mut self.runs);
-            self.adopt(&certain);
+        if chosen.is_none() && !self.idle && self.fills() {
+            let budget = self.budget(now).unwrap_or(self.cap());
+            let further = plan(Strategy::Optimal, &self.demands(), budget, &mut self.runs);
+            self.adopt(&further);
             self.idle = true;
             chosen = self.choose();
         }
         chosen.map(|block| self.send(block, now))
     }
 
-    /// Whether the base is protected most, and a link that would be idle carries further repairs.
+    /// Whether a link that would be idle carries further repairs.
+    fn fills(&self) -> bool {
+        self.protects_at_any_time() || self.settings.strategy == Strategy::Optimal
+    }
+
+    /// Whether the base is protected most.
     fn protects_at_any_time(&self) -> bool {
         let protects = matches!(self.settings.strategy, Strategy::Greedy | Strategy::Optimal);
         self.settings.goal == Goal::Anytime && protects
@@ -271,18 +282,14 @@ impl Schedule {
 
     /// Plans anew with what is known at `now`.
     fn renew(&mut self, now: Duration) {
-        let (demands, round_trip) = (self.demands(), self.settings.conditions.round_trip);
-        let budget = match self.settings.goal {
-            Goal::Anytime => None,
-            Goal::Bytes(bytes) => Some(bytes.saturating_sub(self.sent)),
-            Goal::Deadline(deadline) => {
-                Some(self.carried(deadline.saturating_sub(now).saturating_sub(round_trip / 2)))
+        let demands = self.demands();
+        let packets = match self.budget(now) {
+            Some(budget) => {
+                let blind = plan(self.settings.strategy, &demands, budget, &mut self.runs);
+                self.deep(&demands, budget, &blind).unwrap_or(blind)
             }
-        };
-        let packets = match budget {
-            Some(budget) => plan(self.settings.strategy, &demands, budget.min(self.cap()), &mut self.runs),
             None => {
-                let window = self.carried(round_trip);
+                let window = self.carried(self.settings.conditions.round_trip);
                 let repairs = pace(self.settings.strategy, &demands, window, &mut self.runs);
                 demands.iter().zip(repairs).map(|(demand, repairs)| demand.deficit() + repairs).collect()
             }
@@ -290,6 +297,31 @@ impl Schedule {
         self.adopt(&packets);
         self.cover_base();
         (self.stale, self.idle) = (false, false);
+    }
+
+    /// Bytes that may be sent from `now` on, if the goal sets a limit.
+    fn budget(&self, now: Duration) -> Option<u64> {
+        let budget = match self.settings.goal {
+            Goal::Anytime => return None,
+            Goal::Bytes(bytes) => bytes.saturating_sub(self.sent),
+            Goal::Deadline(deadline) => {
+                let way = self.settings.conditions.round_trip / 2;
+                self.carried(deadline.saturating_sub(now).saturating_sub(way))
+            }
+        };
+        Some(budget.min(self.cap()))
+    }
+
+    /// The packets of a plan that relies on reports, where that is worth more than the blind one.
+    fn deep(&mut self, demands: &[Demand], budget: u64, blind: &[u32]) -> Option<Vec<u32>> {
+        if self.settings.strategy != Strategy::Optimal {
+            return None;
+        }
+        let lag = self.carried(self.settings.conditions.round_trip.mul_f64(RELIED));
+        let depth = deepest(demands, budget, lag, &mut self.runs);
+        let deficits = demands.iter().take(depth.blocks).map(Demand::deficit);
+        let packets = deficits.chain(std::iter::repeat(0)).take(demands.len()).collect();
+        (depth.value > expected(demands, blind, &mut self.runs)).then_some(packets)
     }
 
     /// Takes over how many packets the incomplete blocks get.
