@@ -18,8 +18,9 @@ fn main() -> io::Result<()> {
     let mut source = String::from("const FILES: &[(&str, &[u8])] = &[\n");
     for file in &files {
         let name = file.strip_prefix(&folder).unwrap_or(file).to_string_lossy().replace('\\', "/");
-        let path = file.to_string_lossy();
-        writeln!(source, "    ({name:?}, include_bytes!({path:?})),").map_err(io::Error::other)?;
+        // The crate's place is read when it is compiled: a build folder may serve several clones.
+        let path = format!(r#"concat!(env!("CARGO_MANIFEST_DIR"), "/{FOLDER}/{name}")"#);
+        writeln!(source, "    ({name:?}, include_bytes!({path})),").map_err(io::Error::other)?;
     }
     source += "];\n";
     fs::write(Path::new(&env::var_os("OUT_DIR").unwrap_or_default()).join("viewer.rs"), source)
