@@ -58,9 +58,15 @@ async fn files_that_are_no_certificate_are_refused() {
     let missing = chain.with_file_name("none.pem");
     let empty = chain.with_file_name("empty.pem");
     std::fs::write(&empty, "nothing").unwrap();
-    for (chain, key) in
-        [(&missing, &key), (&empty, &key), (&chain, &missing), (&chain, &empty), (&chain, &chain)]
-    {
+    let wrong = [
+        (&missing, &key),
+        (&empty, &key),
+        (&chain, &missing),
+        (&chain, &empty),
+        (&chain, &chain),
+        (&chain, &others),
+    ];
+    for (chain, key) in wrong {
         let certificate = Certificate::Files { chain: chain.clone(), key: key.clone() };
         let site = Site::certified("certificate-refused", certificate, patience(), None).await;
         assert!(site.is_err(), "{chain:?} {key:?}");
