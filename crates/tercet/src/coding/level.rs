@@ -208,8 +208,8 @@ impl Levels {
     }
 
     /// Codes the positions of the pass that has begun, of `targets` when encoding: one entry a vertex of it.
-    /// There is a coder for each of its [`regions`], or for the first of them. Whether all are coded; if not, bytes are missing, and the
-    /// next call goes on. Time O(n).
+    /// There is a coder for each of its [`regions`], or for the first of them. Whether all are coded; if not,
+    /// bytes are missing, and the next call goes on. Time O(n).
     pub fn positions<C: Coder + Send>(&mut self, coders: &mut [C], targets: &[Point]) -> bool {
         let Some(Open { first, estimates, order, by_support, shares, bits, origin, course, lifted }) =
             &mut self.open
