@@ -12,7 +12,7 @@ use tokio::signal;
 
 use crate::console::Console;
 #[cfg(feature = "webtransport")]
-use crate::server::webtransport::{self, InjectedLoss, WebTransport};
+use crate::server::webtransport::{self, Certificate, InjectedLoss, WebTransport};
 use crate::server::{self, Effort, Listener, LogFormat, Options, Patience, Service, Sessions};
 use crate::{Outcome, args};
 
@@ -76,9 +76,13 @@ impl Datagrams {
             Some(address) => resolve(address).await?,
             None => beside,
         };
+        let certificate = match self.certificate.clone().zip(self.key.clone()) {
+            Some((chain, key)) => Certificate::Files { chain, key },
+            None => Certificate::SelfSigned { renewal: webtransport::RENEWAL },
+        };
         let setting = webtransport::Setting {
             address,
-            certificate: self.certificate.clone().zip(self.key.clone()),
+            certificate,
             patience,
             loss: self.inject_loss.map(|rate| InjectedLoss { rate, seed: self.inject_seed }),
         };

@@ -1,6 +1,7 @@
 //! The server and its client, on loopback.
 
 mod bucket;
+mod certificates;
 mod conditions;
 mod encoding;
 mod faults;

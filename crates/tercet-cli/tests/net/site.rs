@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use object_store::ObjectStore;
 use tercet::{EncodeOptions, Limits, Mesh};
-use tercet_cli::server::webtransport::{InjectedLoss, Setting, WebTransport};
+use tercet_cli::server::webtransport::{Certificate, InjectedLoss, RENEWAL, Setting, WebTransport};
 use tercet_cli::server::{self, Effort, Listener, Options, Patience, Service, Sessions};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
@@ -78,13 +78,24 @@ impl Site {
 
     /// A site that also holds sessions on WebTransport, over a link that loses packets.
     pub async fn lossy(test: &str, patience: Patience, loss: Option<InjectedLoss>) -> Site {
+        Site::certified(test, Certificate::SelfSigned { renewal: RENEWAL }, patience, loss).await.unwrap()
+    }
+
+    /// The same, under a certificate; an error if that is none.
+    pub async fn certified(
+        test: &str,
+        certificate: Certificate,
+        patience: Patience,
+        loss: Option<InjectedLoss>,
+    ) -> Result<Site, String> {
         let folder = folder(test);
         let store = server::open_store(folder.join("site").to_str().unwrap()).unwrap();
         let service = service(&folder, store);
         let address = "127.0.0.1:0".parse().unwrap();
-        let setting = Setting { address, certificate: None, patience, loss };
-        tokio::spawn(WebTransport::bind(&service, setting).await.unwrap().run());
-        Site::of_service(folder, service, patience).await
+        let setting = Setting { address, certificate, patience, loss };
+        let endpoint = WebTransport::bind(&service, setting).await.map_err(|error| format!("{error:#}"))?;
+        tokio::spawn(endpoint.run());
+        Ok(Site::of_service(folder, service, patience).await)
     }
 
     pub async fn with_store(folder: PathBuf, store: Arc<dyn ObjectStore>, patience: Patience) -> Site {

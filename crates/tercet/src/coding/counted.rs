@@ -243,7 +243,8 @@ fn cotangent(sketch: &Sketch, c: u32, turned: Turned) -> i32 {
 /// Cotangents beyond ± this, in 1/256, are alike.
 const STEEP: i32 = 1 << 10;
 
-/// For sums of cotangents from −[`STEEP`] on in steps of 1/32 their bins, 32 of *t*/(1 + 0.35 |*t*|), ten a unit, zero in the middle.
+/// For sums of cotangents from −[`STEEP`] on in steps of 1/32 their bins: 32 of *t*/(1 + 0.35 |*t*|), ten a
+/// unit, zero in the middle.
 static ANGLES: [u8; (2 * STEEP / 8) as usize] = {
     let mut table = [0; (2 * STEEP / 8) as usize];
     let mut i = 0;

@@ -5,7 +5,7 @@ use super::base::code_base;
 use super::counted::CountedModels;
 use super::flip::FlipModels;
 use super::model::number;
-use super::pass::{Pass, Roughness};
+use super::pass::{ANYWHERE, Pass, Roughness};
 use super::positions::Positions;
 use super::predict::estimate;
 use super::region::{Field, Regions, regions};
@@ -202,14 +202,14 @@ impl Levels {
                 Course::Mixed(Box::new(Regions::new(count)))
             }
         };
-        let (bits, origin) = (0, [0; 3]);
+        let (bits, origin) = ANYWHERE;
         self.open =
             Some(Open { first, estimates, order, shares, bits, origin, by_support, course, lifted: None });
     }
 
     /// Codes the positions of the pass that has begun, of `targets` when encoding: one entry a vertex of it.
-    /// There is a coder for each of its [`regions`], or for the first of them. Whether all are coded; if not, bytes are missing, and the
-    /// next call goes on. Time O(n).
+    /// There is a coder for each of its [`regions`], or for the first of them. Whether all are coded; if not,
+    /// bytes are missing, and the next call goes on. Time O(n).
     pub fn positions<C: Coder + Send>(&mut self, coders: &mut [C], targets: &[Point]) -> bool {
         let Some(Open { first, estimates, order, by_support, shares, bits, origin, course, lifted }) =
             &mut self.open

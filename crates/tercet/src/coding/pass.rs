@@ -43,13 +43,17 @@ impl Roughness {
         if kind == NORMAL { self.normal } else { self.tangential }
     }
 
-    /// Adds what another account of the same vertex has changed.
+    /// Adds what another account of the same vertex has changed. Sums of several do not depend on their
+    /// order, and may be below zero until they are [`settle`](Roughness::settle)d.
     pub fn add_change(&mut self, before: Roughness, after: Roughness) {
-        let sum = |x: u32, before: u32, after: u32| {
-            (x.wrapping_sub(before) as i32).saturating_add(after as i32).max(0)
-        };
-        self.tangential = sum(self.tangential, before.tangential, after.tangential) as u32;
-        self.normal = sum(self.normal, before.normal, after.normal) as u32;
+        self.tangential = self.tangential.wrapping_add(after.tangential).wrapping_sub(before.tangential);
+        self.normal = self.normal.wrapping_add(after.normal).wrapping_sub(before.normal);
+    }
+
+    /// After the last change: zero in place of what is below.
+    pub fn settle(&mut self) {
+        self.tangential = (self.tangential as i32).max(0) as u32;
+        self.normal = (self.normal as i32).max(0) as u32;
     }
 
     pub fn blend(&mut self, other: Roughness) {
@@ -74,6 +78,9 @@ pub(crate) struct Pass<'a> {
     pub bits: u32,
     pub origin: Point,
 }
+
+/// Width and origin above the base, where a vertex rarely knows no neighbour, as when all are other regions'.
+pub(crate) const ANYWHERE: (u32, Point) = (2 + COORDINATE_LIMIT.ilog2(), [-COORDINATE_LIMIT; 3]);
 
 /// How far a pass has come.
 pub(crate) struct Progress {

@@ -1,9 +1,9 @@
 //! Positions: one pass over a surface whose connectivity is known.
 //!
 //! Some vertices are known (the coarse ones, or none in the base), the others are coded in the
-//! order of a [`Traversal`](super::traversal::Traversal). A vertex is expected where the parallelograms of its known neighbours, an
-//! estimate made before, and the errors of that estimate nearby place it. Its three coordinates
-//! follow in the order of the surface's normal: along the two axes that lie most nearly in the
+//! order of a [`Traversal`](super::traversal::Traversal). A vertex is expected where the parallelograms of
+//! its known neighbours, an estimate made before, and the errors of that estimate nearby place it. Its
+//! three coordinates follow in the order of the surface's normal: along the two axes that lie most nearly in the
 //! surface first, and on the last one every expectation is moved into the tangent plane.
 
 use super::axes::{AxisOrder, KINDS, axes, kind, shift};

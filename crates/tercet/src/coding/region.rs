@@ -101,8 +101,8 @@ impl Regions {
 
     /// Codes what is left of the pass, region *i* by the *i*-th models and coder, the vertices of `targets`
     /// when encoding, until all are coded or bytes are missing; whether all are. Coders may be missing at the
-    /// end, while their bytes are. `field` is what was known before the pass, and when all is coded what is known then. Time O(n); memory some 40 bytes a vertex for
-    /// each region at work.
+    /// end, while their bytes are. `field` is what was known before the pass, and when all is coded what is
+    /// known then. Time O(n); memory some 40 bytes a vertex for each region at work.
     pub fn code<C: Coder + Send>(
         &mut self,
         pass: &Pass,
@@ -119,7 +119,8 @@ impl Regions {
         } else {
             self.in_turn(pass, models, coders, targets, field)
         };
-        if done && let Some(merged) = self.merged.take() {
+        if done && let Some(mut merged) = self.merged.take() {
+            merged.rough.iter_mut().for_each(Roughness::settle);
             *field = merged;
         }
         done
@@ -195,6 +196,62 @@ impl Regions {
                 region.show(first, &mut positions);
                 positions.into()
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::axes::AxisOrder;
+    use super::super::pass::ANYWHERE;
+    use super::super::ring::LATE;
+    use super::*;
+    use crate::entropy::{Decoder, Encoder};
+    use crate::mesh::{Surface, cut};
+    use crate::shapes::grid;
+    use crate::{Effort, subdivide::FRACTION_BITS};
+
+    const COUNT: u32 = 3;
+
+    /// Codes all regions of a surface of which only its first real vertex is known.
+    fn code<C: Coder + Send>(surface: &Surface, targets: &[Point], rounds: &mut [Vec<C>]) -> Field {
+        let first = surface.virtuals + 1;
+        let estimates: Vec<_> =
+            targets.iter().map(|p| p.map(|x| ((x as i64) << FRACTION_BITS) + 70)).collect();
+        let (bits, origin) = ANYWHERE;
+        let (order, shares) = (AxisOrder::NormalLast, &LATE);
+        let pass =
+            Pass { surface, first, estimates: &estimates, order, by_support: true, shares, bits, origin };
+        let vertices = surface.vertices as usize;
+        let mut field = Field { positions: vec![[9; 3]; vertices], rough: vec![Roughness::START; vertices] };
+        let mut models = vec![Positions::new(Effort::Default); COUNT as usize];
+        let mut regions = Regions::new(COUNT);
+        let last = rounds.len() - 1;
+        for (i, coders) in rounds.iter_mut().enumerate() {
+            let targets = if C::ENCODES { targets } else { &[] };
+            assert_eq!(regions.code(&pass, &mut models, coders, targets, &mut field), i == last);
+        }
+        field
+    }
+
+    #[test]
+    fn regions_come_back_at_once_and_in_turn_without_a_known_neighbour() {
+        let surface = cut(&grid(40, 30)).surface;
+        let first = surface.virtuals as usize + 1;
+        let targets: Vec<Point> = (0..surface.vertices as i32 - first as i32)
+            .map(|v| [v % 40 * 20, v / 40 * 20 - 300, v % 7])
+            .collect();
+        let mut encoders = [(0..COUNT).map(|_| Encoder::new()).collect()];
+        let written = code(&surface, &targets, &mut encoders);
+        assert_eq!(written.positions[first..], targets);
+        let [encoders] = encoders;
+        let streams: Vec<Vec<u8>> = encoders.into_iter().map(Encoder::finish).collect();
+        let decoders = |count: usize| streams[..count].iter().map(|bytes| Decoder::new(bytes)).collect();
+        for mut rounds in [vec![decoders(3)], vec![decoders(1), decoders(3)], vec![decoders(2), decoders(3)]]
+        {
+            let read = code(&surface, &targets, &mut rounds);
+            assert_eq!(read.positions, written.positions);
+            assert_eq!(read.rough, written.rough);
         }
     }
 }

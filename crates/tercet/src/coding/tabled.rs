@@ -3,8 +3,9 @@
 //!
 //! The order of axes and the shift into the tangent plane are the same; but of the neighbours only
 //! those at the [site](super::site) of the vertex are looked at, a coordinate has one expectation, and
-//! what it is off by is one symbol of sixteen and a few plain bits. Coordinates often repeat one nearby: the symbol that the nearest neighbour's would be, and that of the nearest
-//! parallelogram, each select an adaptive distribution, and the two are averaged.
+//! what it is off by is one symbol of sixteen and a few plain bits. Coordinates often repeat one nearby:
+//! the symbol that the nearest neighbour's would be, and that of the nearest parallelogram, each select an
+//! adaptive distribution, and the two are averaged.
 
 use super::around::{Around, Known, PLACES};
 use super::axes::{AxisOrder, KINDS, NORMAL, axes, kind, shift};

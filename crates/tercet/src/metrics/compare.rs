@@ -107,8 +107,8 @@ impl Comparison {
 /// Measures how far two surfaces are apart.
 ///
 /// Each sample's distance from the other surface is exact; below 2^−40 of the largest coordinate it
-/// counts as 0: near slivers `f64` ends there, and the coordinates themselves end at 2^−24. The same seed gives the same figures. O((n + samples) log n) time, about
-/// 200 bytes a face and no memory for samples.
+/// counts as 0: near slivers `f64` ends there, and the coordinates themselves end at 2^−24. The same seed
+/// gives the same figures. O((n + samples) log n) time, about 200 bytes a face and no memory for samples.
 ///
 /// # Errors
 /// [`Error::Mesh`] if a mesh has no area, names an index out of range or a coordinate that is not

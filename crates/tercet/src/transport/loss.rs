@@ -85,6 +85,40 @@ impl GilbertElliott {
         [good * (1.0 - self.to_bad) + bad * self.to_good, good * self.to_bad + bad * (1.0 - self.to_good)]
     }
 
+    /// The chain as it is seen at a distance of packets.
+    fn every(&self, distance: f64) -> GilbertElliott {
+        let [good, bad] = self.stationary();
+        let memory = (1.0 - self.to_bad - self.to_good).powf(distance);
+        GilbertElliott { to_bad: bad * (1.0 - memory), to_good: good * (1.0 - memory), ..*self }
+    }
+
+    /// The probability that of `run` packets one after the other and `more` ones at a distance from
+    /// each other and from these, at least `run` arrive. Takes time O((`run` + `more`)²).
+    pub(super) fn spread(&self, run: u32, more: u32, distance: f64) -> f64 {
+        let apart = self.every(distance);
+        let mut states = vec![self.stationary()];
+        for i in 0..run + more {
+            let chain = if i < run { self } else { &apart };
+            if i > 0 {
+                states.iter_mut().for_each(|state| *state = chain.stepped(*state));
+            }
+            states = self.observed(&states);
+        }
+        states[run as usize..].iter().map(|[good, bad]| good + bad).sum()
+    }
+
+    /// One packet more: from the probabilities that 0, 1, … arrived, with the state in which it is sent.
+    fn observed(&self, states: &[[f64; 2]]) -> Vec<[f64; 2]> {
+        let mut longer = vec![[0.0; 2]; states.len() + 1];
+        for (j, state) in states.iter().enumerate() {
+            for s in [GOOD, BAD] {
+                longer[j][s] += state[s] * self.lost[s];
+                longer[j + 1][s] += state[s] * (1.0 - self.lost[s]);
+            }
+        }
+        longer
+    }
+
     /// The state after a step from `bad`, for a number drawn from 0 to 1.
     pub(super) fn step(&self, bad: bool, drawn: f64) -> bool {
         if bad { drawn >= self.to_good } else { drawn < self.to_bad }
@@ -176,18 +210,8 @@ impl Table {
 
     /// One packet more: it arrives or not, then the chain makes a step.
     fn lengthen(&mut self) {
-        let lost = self.channel.lost;
-        let mut longer = vec![[0.0; 2]; self.states.len() + 1];
-        for (j, [good, bad]) in self.states.iter().enumerate() {
-            let arrived = [good * (1.0 - lost[GOOD]), bad * (1.0 - lost[BAD])];
-            let missed = [good * lost[GOOD], bad * lost[BAD]];
-            for (count, states) in [(j, missed), (j + 1, arrived)] {
-                let [good, bad] = self.channel.stepped(states);
-                longer[count][GOOD] += good;
-                longer[count][BAD] += bad;
-            }
-        }
-        self.states = longer;
+        let observed = self.channel.observed(&self.states);
+        self.states = observed.into_iter().map(|states| self.channel.stepped(states)).collect();
     }
 }
 

@@ -30,7 +30,8 @@
 //!
 //! let mut received = Vec::new();
 //! for tick in 0.. {
-//!     if let Some(datagram) = sender.next_packet(Duration::from_millis(10 * tick))
+//!     let now = Duration::from_millis(10 * tick);
+//!     if let Some(datagram) = sender.next_packet(now)
 //!         && tick % 4 != 0
 //!     {
 //!         receiver.push(&datagram);
@@ -38,7 +39,7 @@
 //!     while let Some(bytes) = receiver.take() {
 //!         received.extend(bytes);
 //!     }
-//!     sender.report(&receiver.report().write());
+//!     sender.report(&receiver.report().write(), now);
 //!     if sender.is_done() {
 //!         break;
 //!     }
@@ -49,10 +50,12 @@
 
 mod blocks;
 mod code;
+mod cover;
 mod loss;
 mod pace;
 mod packet;
 mod plan;
+mod pool;
 mod quality;
 mod receiver;
 mod report;

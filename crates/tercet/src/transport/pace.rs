@@ -59,12 +59,12 @@ fn waiting(demands: &[Demand], window: u64) -> f64 {
 /// The best number of repairs for a block.
 fn best(demand: &Demand, waiting: f64, later: f64, window: u64, runs: &mut Runs) -> u32 {
     let affordable = needed_bytes(demand) + window;
-    let (mut wasted, mut best, mut most, mut chance) = (0.0, 0, f64::NEG_INFINITY, 0.0);
+    let (mut wasted, mut best, mut most) = (0.0, 0, f64::NEG_INFINITY);
     for choice in choices(demand, affordable, runs.heard, runs) {
         let Some(repairs) = choice.packets.checked_sub(demand.deficit()) else { continue };
         let worth = choice.chance * window as f64 * waiting - f64::from(demand.bytes) * wasted * later;
-        if worth > most || chance < demand.floor {
-            (best, most, chance) = (repairs, worth, choice.chance);
+        if worth > most {
+            (best, most) = (repairs, worth);
         }
         wasted += choice.chance;
     }
@@ -77,7 +77,7 @@ mod tests {
     use crate::transport::GilbertElliott;
 
     fn demand(lacking: u32, gain: f64) -> Demand {
-        Demand { lacking, pending: 0, bytes: 1000, gain, floor: 0.0 }
+        Demand { lacking, pending: 0, bytes: 1000, gain }
     }
 
     fn runs() -> Runs {
@@ -103,11 +103,5 @@ mod tests {
         for strategy in [Strategy::Equal, Strategy::Greedy, Strategy::Optimal] {
             assert_eq!(pace(strategy, &demands, 100_000, &mut perfect), [0, 0]);
         }
-    }
-
-    #[test]
-    fn a_floor_is_kept() {
-        let demands = [Demand { floor: 0.999_8, ..demand(1, 1.0) }, demand(10, 100.0)];
-        assert_eq!(pace(Strategy::Optimal, &demands, 10_000, &mut runs())[0], 3);
     }
 }

@@ -37,9 +37,6 @@ pub(super) struct Demand {
     pub(super) bytes: u32,
     /// What is gained when it, and all before it, are complete.
     pub(super) gain: f64,
-    /// The probability of being complete that it is given if the budget allows, whatever it gains.
-    /// Strategies without redundancy, or with the same for all blocks, pass over it.
-    pub(super) floor: f64,
 }
 
 impl Demand {
@@ -198,21 +195,11 @@ fn greedy(demands: &[Demand], budget: u64, runs: &mut Runs) -> Vec<u32> {
 }
 
 fn optimal(demands: &[Demand], budget: u64, runs: &mut Runs) -> Vec<u32> {
-    let mut choices = affordable_choices(demands, budget, runs);
-    for (demand, choices) in demands.iter().zip(&mut choices) {
-        if choices.last().is_some_and(|best| best.chance >= demand.floor) {
-            choices.retain(|choice| choice.chance >= demand.floor);
-        }
-    }
-    let largest = demands.iter().map(|demand| u64::from(demand.bytes)).max().unwrap_or(1).max(1);
+    let choices = affordable_choices(demands, budget, runs);
     if let Some(packets) = all_certain(demands, &choices, budget) {
         return packets;
     }
-    // A unit divides the largest packet, of which nearly all are, without a rest.
-    let parts = (UNITS * largest / budget.max(1)).clamp(1, PARTS);
-    let units = usize::try_from(budget * parts / largest).unwrap_or(usize::MAX);
-    let costs: Vec<usize> =
-        demands.iter().map(|demand| (u64::from(demand.bytes) * parts).div_ceil(largest) as usize).collect();
+    let (units, costs) = in_units(demands, budget);
 
     // best[b]: what this block and those after it can be expected to gain with b units.
     let mut best = vec![0.0; units + 1];
@@ -244,6 +231,16 @@ fn optimal(demands: &[Demand], budget: u64, runs: &mut Runs) -> Vec<u32> {
         left -= choice.packets as usize * costs[block];
     }
     packets
+}
+
+/// The budget, and what a packet of each block costs, in units of which the budget has some 2 000.
+fn in_units(demands: &[Demand], budget: u64) -> (usize, Vec<usize>) {
+    let largest = demands.iter().map(|demand| u64::from(demand.bytes)).max().unwrap_or(1).max(1);
+    // A unit divides the largest packet, of which nearly all are, without a rest.
+    let parts = (UNITS * largest / budget.max(1)).clamp(1, PARTS);
+    let units = usize::try_from(budget * parts / largest).unwrap_or(usize::MAX);
+    let costs = demands.iter().map(|demand| (u64::from(demand.bytes) * parts).div_ceil(largest) as usize);
+    (units, costs.collect())
 }
 
 /// The choices of each block as far as the budget reaches when none is lost; beyond, only "none".

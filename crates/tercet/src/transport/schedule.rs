@@ -3,7 +3,8 @@
 //! The plan says how many packets each block gets. First come those without which a block cannot be
 //! decoded, in the order of the file. Before a deadline repairs come last, the blocks taking turns:
 //! until then the order is free, and this one loses least, because a repair that a report makes
-//! needless meanwhile is never sent. Where the viewer may look at any time, repairs follow their
+//! needless meanwhile is never sent; and where reports come early enough to be relied on, the plan goes as
+//! deep as they allow and leaves repairs open. Where the viewer may look at any time, repairs follow their
 //! block at a distance that outlasts most bursts, and a link that would be idle carries further ones.
 //! Every symbol is a fresh one; none is sent twice while others are left.
 
@@ -11,16 +12,24 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use super::code::Code;
+use super::cover::{Cover, cover};
 use super::loss::{GilbertElliott, Runs};
 use super::pace::pace;
 use super::packet::{MAX_DATAGRAM, OVERHEAD};
-use super::plan::{Demand, Strategy, plan};
+use super::plan::{Demand, Strategy, expected, plan};
+use super::pool::deepest;
 use super::quality::{Objective, Quality};
 use super::report::Report;
 use super::sender::Source;
 
-/// The probability with which the base mesh arrives in the first round trip, where that can be had.
-const BASE_FLOOR: f64 = 0.9998;
+/// Round trips after which a packet that a report does not tell of was lost: one, the packet's own length, and
+/// some for packets that overtake each other.
+const REPORTED: f64 = 1.25;
+/// Round trips after which it counts as lost if no report comes at all. A burst on the way back is no loss.
+const UNREPORTED: f64 = 3.0;
+
+/// Round trips after which a loss can be relied on to have been reported, even if a report was lost itself.
+const RELIED: f64 = 1.5;
 
 /// What a session is to reach.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -86,8 +95,10 @@ struct Block {
     needed: u32,
     /// Packets to send besides those.
     repairs: u32,
-    /// The number of the packet from which on they may be sent.
-    due: u32,
+    /// They may be sent once so many bytes have been sent.
+    due: u64,
+    /// Bytes between its repairs, if not those between the repairs of all.
+    distance: Option<u64>,
 }
 
 impl Block {
@@ -100,10 +111,9 @@ impl Block {
         if self.complete { 0 } else { self.code.symbols.saturating_sub(self.received).max(1) }
     }
 
-    fn demand(&self, goal: Goal) -> Demand {
-        let floor = if self.base && goal == Goal::Anytime { BASE_FLOOR } else { 0.0 };
+    fn demand(&self) -> Demand {
         let (lacking, pending) = (self.lacking(), self.pending);
-        Demand { lacking, pending, bytes: self.bytes(), gain: self.gain, floor }
+        Demand { lacking, pending, bytes: self.bytes(), gain: self.gain }
     }
 }
 
@@ -154,6 +164,7 @@ impl Schedule {
                 needed: 0,
                 repairs: 0,
                 due: 0,
+                distance: None,
             });
             before = quality;
         }
@@ -187,12 +198,14 @@ impl Schedule {
     }
 
     /// Takes a report. One that is older than another does no harm: the next one mends it.
-    pub(super) fn report(&mut self, report: &Report) {
+    pub(super) fn report(&mut self, report: &Report, now: Duration) {
         while let Some(flight) = self.flights.pop_front_if(|flight| flight.number < report.heard) {
             self.blocks[flight.block].pending -= 1;
             self.stale = true;
         }
         self.runs.heard = report.heard > 0;
+        // Reports do come back: what was sent long enough before this one, and is not in it, was lost.
+        self.give_up(now, self.settings.conditions.round_trip.mul_f64(REPORTED));
         let done = usize::from(report.done).min(self.blocks.len());
         for block in &mut self.blocks[..done] {
             self.stale |= !block.complete;
@@ -211,7 +224,7 @@ impl Schedule {
 
     /// The symbol to send at `now`, if any.
     pub(super) fn next_turn(&mut self, now: Duration) -> Option<Turn> {
-        self.give_up_old(now);
+        self.give_up(now, self.settings.conditions.round_trip.mul_f64(UNREPORTED));
         if self.is_done() || self.number == u32::MAX {
             return None;
         }
@@ -220,8 +233,9 @@ impl Schedule {
         }
         let mut chosen = self.choose();
         if chosen.is_none() && !self.idle && self.fills() {
-            let certain = plan(Strategy::Optimal, &self.demands(), self.cap(), &mut self.runs);
-            self.adopt(&certain);
+            let budget = self.budget(now).unwrap_or(self.cap());
+            let further = plan(Strategy::Optimal, &self.demands(), budget, &mut self.runs);
+            self.adopt(&further);
             self.idle = true;
             chosen = self.choose();
         }
@@ -230,13 +244,17 @@ impl Schedule {
 
     /// Whether a link that would be idle carries further repairs.
     fn fills(&self) -> bool {
+        self.protects_at_any_time() || self.settings.strategy == Strategy::Optimal
+    }
+
+    /// Whether the base is protected most.
+    fn protects_at_any_time(&self) -> bool {
         let protects = matches!(self.settings.strategy, Strategy::Greedy | Strategy::Optimal);
         self.settings.goal == Goal::Anytime && protects
     }
 
-    /// Packets that must have been reported by now, had they arrived, are taken for lost.
-    fn give_up_old(&mut self, now: Duration) {
-        let patience = self.settings.conditions.round_trip.mul_f64(1.5);
+    /// Packets that were sent so long ago are taken for lost.
+    fn give_up(&mut self, now: Duration, patience: Duration) {
         while let Some(flight) = self.flights.pop_front_if(|flight| flight.sent + patience < now) {
             self.blocks[flight.block].pending -= 1;
             self.stale = true;
@@ -259,30 +277,51 @@ impl Schedule {
     }
 
     fn demands(&self) -> Vec<Demand> {
-        let goal = self.settings.goal;
-        self.blocks.iter().filter(|block| !block.complete).map(|block| block.demand(goal)).collect()
+        self.blocks.iter().filter(|block| !block.complete).map(Block::demand).collect()
     }
 
     /// Plans anew with what is known at `now`.
     fn renew(&mut self, now: Duration) {
-        let (demands, round_trip) = (self.demands(), self.settings.conditions.round_trip);
-        let budget = match self.settings.goal {
-            Goal::Anytime => None,
-            Goal::Bytes(bytes) => Some(bytes.saturating_sub(self.sent)),
-            Goal::Deadline(deadline) => {
-                Some(self.carried(deadline.saturating_sub(now).saturating_sub(round_trip / 2)))
+        let demands = self.demands();
+        let packets = match self.budget(now) {
+            Some(budget) => {
+                let blind = plan(self.settings.strategy, &demands, budget, &mut self.runs);
+                self.deep(&demands, budget, &blind).unwrap_or(blind)
             }
-        };
-        let packets = match budget {
-            Some(budget) => plan(self.settings.strategy, &demands, budget.min(self.cap()), &mut self.runs),
             None => {
-                let window = self.carried(round_trip);
+                let window = self.carried(self.settings.conditions.round_trip);
                 let repairs = pace(self.settings.strategy, &demands, window, &mut self.runs);
                 demands.iter().zip(repairs).map(|(demand, repairs)| demand.deficit() + repairs).collect()
             }
         };
         self.adopt(&packets);
+        self.cover_base();
         (self.stale, self.idle) = (false, false);
+    }
+
+    /// Bytes that may be sent from `now` on, if the goal sets a limit.
+    fn budget(&self, now: Duration) -> Option<u64> {
+        let budget = match self.settings.goal {
+            Goal::Anytime => return None,
+            Goal::Bytes(bytes) => bytes.saturating_sub(self.sent),
+            Goal::Deadline(deadline) => {
+                let way = self.settings.conditions.round_trip / 2;
+                self.carried(deadline.saturating_sub(now).saturating_sub(way))
+            }
+        };
+        Some(budget.min(self.cap()))
+    }
+
+    /// The packets of a plan that relies on reports, where that is worth more than the blind one.
+    fn deep(&mut self, demands: &[Demand], budget: u64, blind: &[u32]) -> Option<Vec<u32>> {
+        if self.settings.strategy != Strategy::Optimal {
+            return None;
+        }
+        let lag = self.carried(self.settings.conditions.round_trip.mul_f64(RELIED));
+        let depth = deepest(demands, budget, lag, &mut self.runs);
+        let deficits = demands.iter().take(depth.blocks).map(Demand::deficit);
+        let packets = deficits.chain(std::iter::repeat(0)).take(demands.len()).collect();
+        (depth.value > expected(demands, blind, &mut self.runs)).then_some(packets)
     }
 
     /// Takes over how many packets the incomplete blocks get.
@@ -294,17 +333,35 @@ impl Schedule {
         }
     }
 
+    /// Before any report can help, the blocks of the base are repaired by a rule of their own.
+    fn cover_base(&mut self) {
+        let window = self.carried(self.settings.conditions.round_trip);
+        if !self.protects_at_any_time() || self.sent >= window {
+            return;
+        }
+        let mut first = 0;
+        for block in self.blocks.iter_mut().filter(|block| block.base && !block.complete) {
+            let symbols = block.code.symbols;
+            let room = window.saturating_sub(first) as f64 / MAX_DATAGRAM as f64;
+            let Cover { repairs, distance } = cover(symbols, room, &self.settings.conditions.loss);
+            block.repairs = (symbols + repairs).saturating_sub(block.fresh.max(symbols));
+            // The cast saturates.
+            block.distance = Some((distance * MAX_DATAGRAM as f64) as u64);
+            first += u64::from(symbols) * u64::from(block.bytes());
+        }
+    }
+
     /// The block whose turn it is.
     fn choose(&mut self) -> Option<usize> {
-        let number = self.number;
-        let is_due = |block: &Block| block.repairs > 0 && block.needed == 0 && block.due <= number;
+        let sent = self.sent;
+        let is_due = |block: &Block| block.repairs > 0 && block.needed == 0 && block.due <= sent;
         let due = self.blocks.iter().position(|block| !block.complete && is_due(block));
         let needed = self.blocks.iter().position(|block| !block.complete && block.needed > 0);
         match (due.filter(|_| self.settings.goal == Goal::Anytime), needed) {
             (Some(block), _) => return Some(self.repair(block)),
             (None, Some(block)) => {
                 self.blocks[block].needed -= 1;
-                self.blocks[block].due = number.saturating_add(self.distance());
+                self.put_off(block, self.distance());
                 return Some(block);
             }
             (None, None) => {}
@@ -318,18 +375,31 @@ impl Schedule {
     fn repair(&mut self, block: usize) -> usize {
         self.blocks[block].repairs -= 1;
         // The next one may meet another burst.
-        self.blocks[block].due = self.number.saturating_add(self.distance().min(4));
+        self.put_off(block, self.distance().min(4 * MAX_DATAGRAM as u64));
         self.repaired = block;
         block
     }
 
-    /// Packets between a block's first packets and its repairs: twice the length of a burst, but at most
+    /// A packet of the block is sent: when a repair is due, at this distance unless the block has its own.
+    fn put_off(&mut self, block: usize, distance: u64) {
+        let block = &mut self.blocks[block];
+        block.due = match block.distance {
+            // No later than at its distance, although it has to wait for the end of another packet.
+            Some(own) if block.fresh < block.code.symbols => {
+                (self.sent + own).saturating_sub(MAX_DATAGRAM as u64 - 1)
+            }
+            Some(own) => block.due + own,
+            None => self.sent + distance,
+        };
+    }
+
+    /// Bytes between a block's first packets and its repairs: twice the length of a burst, but at most
     /// a third of a round trip, because a report comes after a whole one.
-    fn distance(&self) -> u32 {
+    fn distance(&self) -> u64 {
         let Conditions { loss, round_trip, .. } = self.settings.conditions;
-        let third = self.carried(round_trip / 3) / MAX_DATAGRAM as u64;
-        // The casts keep the values or saturate.
-        (2.0 * (loss.burst() - 1.0).round()).min(third as f64) as u32
+        // The cast saturates.
+        let bursts = (2.0 * (loss.burst() - 1.0) * MAX_DATAGRAM as f64) as u64;
+        bursts.min(self.carried(round_trip / 3))
     }
 
     fn send(&mut self, index: usize, now: Duration) -> Turn {

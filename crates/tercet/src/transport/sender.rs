@@ -86,11 +86,11 @@ impl Sender {
         Some(packet.write())
     }
 
-    /// Takes a receiver's report; false if the datagram is none, or of another file.
-    pub fn report(&mut self, datagram: &[u8]) -> bool {
+    /// Takes a receiver's report that came at `now`; false if the datagram is none, or of another file.
+    pub fn report(&mut self, datagram: &[u8], now: Duration) -> bool {
         let report = Report::read(datagram).filter(|report| report.tag == self.source.id.tag());
         if let Some(report) = &report {
-            self.schedule.report(report);
+            self.schedule.report(report, now);
             let schedule = &self.schedule;
             self.encoders.retain(|&block, _| !schedule.is_complete(block));
         }

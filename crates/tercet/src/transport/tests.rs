@@ -115,17 +115,22 @@ fn the_same_seed_gives_the_same_session() {
     let source = source();
     let loss = Loss::Bursts(GilbertElliott::bursts(0.1, 8.0).unwrap());
     let channel = Channel::new(loss, 125_000.0, Duration::from_millis(100)).unwrap();
-    let run = |seed| {
-        session(&source, settings(Strategy::Optimal, Goal::Anytime, &channel), &channel, seed, Duration::MAX)
+    let settings = settings(Strategy::Optimal, Goal::Anytime, &channel);
+    // A few of them: short sessions without any burst are the same, too.
+    let runs = |first: u64| {
+        let runs = (first..first + 10).map(|seed| session(&source, settings, &channel, seed, Duration::MAX));
+        runs.collect::<Vec<_>>()
     };
-    assert_eq!(run(1), run(1));
-    assert_ne!(run(1), run(2));
+    assert_eq!(runs(1), runs(1));
+    assert_ne!(runs(1), runs(2));
 }
 
 /// A small version of what `tercet simulate` shows for real meshes.
 #[test]
 fn protection_pays() {
-    let source = source();
+    // Of a smaller file a good part of the time is the way there, whatever protects it.
+    let source =
+        Source::new(encode(&shapes::scan(8000, 1), &EncodeOptions::default()).unwrap().bytes).unwrap();
     let round_trip = Duration::from_millis(100);
     let channel = Channel::new(Loss::Independent(0.1), 125_000.0, round_trip).unwrap();
     let (times, end) = ([Duration::from_millis(200)], Duration::from_secs(60));
@@ -140,6 +145,5 @@ fn protection_pays() {
     assert!(optimal.points[0].psnr > none.points[0].psnr);
     let baseline: Vec<_> = (0..200).map(|seed| ordered(&source, &channel, seed, end)).collect();
     let baseline = summarize(&baseline, &times, round_trip, end);
-    // Of a file as small as this one a good part of the time is the way there; large ones gain more.
-    assert!(optimal.exact < 0.8 * baseline.exact, "{} {}", optimal.exact, baseline.exact);
+    assert!(optimal.exact < 0.7 * baseline.exact, "{} {}", optimal.exact, baseline.exact);
 }

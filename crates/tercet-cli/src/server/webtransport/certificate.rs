@@ -1,9 +1,12 @@
 //! What the server shows of itself to clients.
 
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Duration;
 
-use anyhow::Result;
+use anyhow::{Context, Result};
+use rustls::crypto::ring;
+use rustls::pki_types::{CertificateDer, PrivateKeyDer};
 use wtransport::Identity;
 
 use crate::protocol::CertificateHash;
@@ -24,9 +27,22 @@ pub fn self_signed() -> Result<Identity> {
 /// What PEM files hold: a chain of certificates, the server's first, and its key.
 ///
 /// # Errors
-/// If they hold no such thing.
+/// If they hold no such thing, or the key is another certificate's.
 pub async fn load(chain: &Path, key: &Path) -> Result<Identity> {
-    Ok(Identity::load_pemfiles(chain, key).await?)
+    let identity = Identity::load_pemfiles(chain, key).await?;
+    check(&identity).with_context(|| format!("{} and {}", chain.display(), key.display()))?;
+    Ok(identity)
+}
+
+/// Whether a server can be built of it: `wtransport` takes that for granted, and panics if not.
+fn check(identity: &Identity) -> Result<()> {
+    let chain = identity.certificate_chain().as_slice().iter();
+    let chain = chain.map(|certificate| CertificateDer::from(certificate.der().to_vec())).collect();
+    let key = identity.private_key().secret_der().to_vec();
+    let key = PrivateKeyDer::try_from(key).map_err(anyhow::Error::msg)?;
+    let builder = rustls::ServerConfig::builder_with_provider(Arc::new(ring::default_provider()));
+    builder.with_safe_default_protocol_versions()?.with_no_client_auth().with_single_cert(chain, key)?;
+    Ok(())
 }
 
 /// The SHA-256 of the server's certificate.

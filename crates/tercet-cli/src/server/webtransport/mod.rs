@@ -9,6 +9,7 @@ mod session;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::time::Duration;
 
 use anyhow::{Context, Result};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
@@ -22,6 +23,7 @@ use super::{Service, Shared};
 use crate::protocol::{Offer, PATH};
 use crate::quic;
 
+pub use certificate::RENEWAL;
 pub use channel::InjectedLoss;
 
 /// What an endpoint is to be like.
@@ -29,12 +31,29 @@ pub use channel::InjectedLoss;
 pub struct Setting {
     /// Where it listens; port 0 is any free one.
     pub address: SocketAddr,
-    /// The PEM files of a certificate and its key; without them it is one that the server signs itself.
-    pub certificate: Option<(PathBuf, PathBuf)>,
+    /// What it shows of itself.
+    pub certificate: Certificate,
     /// How much is asked of clients and granted to them.
     pub patience: Patience,
     /// Packets to be lost on purpose, for tests.
     pub loss: Option<InjectedLoss>,
+}
+
+/// Where a server's certificate comes from.
+#[derive(Clone, Debug)]
+pub enum Certificate {
+    /// The server signs it itself, and replaces it after this time, at most [`RENEWAL`] to be of use.
+    SelfSigned {
+        /// How long each is in use.
+        renewal: Duration,
+    },
+    /// PEM files, which are read once.
+    Files {
+        /// The certificate, and those that vouch for it.
+        chain: PathBuf,
+        /// Its key.
+        key: PathBuf,
+    },
 }
 
 /// What all sessions share.
@@ -51,8 +70,8 @@ pub struct WebTransport {
     endpoint: Endpoint<Server>,
     host: Arc<Host>,
     places: Arc<Semaphore>,
-    /// When the certificate is to be replaced, if it is the server's own.
-    renewal: Option<Instant>,
+    /// How often the certificate is replaced and when next, if it is the server's own.
+    renewal: Option<(Duration, Instant)>,
 }
 
 impl WebTransport {
@@ -62,10 +81,9 @@ impl WebTransport {
     /// If the address cannot be had, or the certificate's files are none.
     pub async fn bind(service: &Service, options: Setting) -> Result<Self> {
         let Setting { address, certificate, patience, loss } = options;
-        let own = certificate.is_none();
-        let identity = match certificate {
-            None => certificate::self_signed()?,
-            Some((chain, key)) => certificate::load(&chain, &key).await?,
+        let (identity, renewal) = match certificate {
+            Certificate::SelfSigned { renewal } => (certificate::self_signed()?, Some(renewal)),
+            Certificate::Files { chain, key } => (certificate::load(&chain, &key).await?, None),
         };
         let hash = certificate::hash(&identity);
         let endpoint = Endpoint::server(config(address, identity, &patience))
@@ -76,12 +94,13 @@ impl WebTransport {
         let address = endpoint.local_addr()?;
         let port = address.port();
         tracing::info!(%address, "sessions on WebTransport");
-        host.shared.set_offer(Offer { port, hashes: hash.filter(|_| own).into_iter().collect() });
+        host.shared
+            .set_offer(Offer { port, hashes: hash.filter(|_| renewal.is_some()).into_iter().collect() });
         Ok(WebTransport {
             endpoint,
             host: Arc::new(host),
             places: Arc::new(Semaphore::new(patience.connections as usize)),
-            renewal: own.then(|| Instant::now() + certificate::RENEWAL),
+            renewal: renewal.map(|time| (time, Instant::now() + time)),
         })
     }
 
@@ -89,12 +108,10 @@ impl WebTransport {
     pub async fn run(mut self) {
         let stop = self.host.shared.stop.clone();
         loop {
-            let renewal = self.renewal;
+            let renewal = self.renewal.map_or_else(Instant::now, |(_, next)| next);
             tokio::select! {
                 () = stop.cancelled() => break,
-                () = async { sleep_until(renewal.unwrap_or_else(Instant::now)).await }, if renewal.is_some() => {
-                    self.renew();
-                }
+                () = sleep_until(renewal), if self.renewal.is_some() => self.renew(),
                 incoming = self.endpoint.accept() => self.admit(incoming),
             }
         }
@@ -108,7 +125,7 @@ impl WebTransport {
 
     /// Replaces the certificate; sessions that are open go on.
     fn renew(&mut self) {
-        self.renewal = Some(Instant::now() + certificate::RENEWAL);
+        self.renewal = self.renewal.map(|(time, _)| (time, Instant::now() + time));
         let renewed = certificate::self_signed().and_then(|identity| {
             let (hash, address) = (certificate::hash(&identity), self.endpoint.local_addr()?);
             self.endpoint.reload_config(config(address, identity, &self.host.patience), false)?;

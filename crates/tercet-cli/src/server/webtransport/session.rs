@@ -159,7 +159,7 @@ impl Session<'_> {
                     let report = report?.payload();
                     if heard == start || heard.elapsed() >= REPORT_GAP {
                         sender.set_conditions(conditions(self.connection, &sieve));
-                        if sender.report(&report) {
+                        if sender.report(&report, start.elapsed()) {
                             heard = Instant::now();
                         }
                     }

@@ -4,7 +4,7 @@ use crate::transport::GilbertElliott;
 use std::time::Instant;
 
 fn demand(lacking: u32, bytes: u32, gain: f64) -> Demand {
-    Demand { lacking, pending: 0, bytes, gain, floor: 0.0 }
+    Demand { lacking, pending: 0, bytes, gain }
 }
 
 fn cost(demands: &[Demand], packets: &[u32]) -> u64 {
@@ -86,15 +86,6 @@ fn protection_falls_from_level_to_level() {
 }
 
 #[test]
-fn a_floor_is_kept_where_it_can_be() {
-    let mut runs = Runs::new(GilbertElliott::independent(0.1).unwrap());
-    let demands =
-        [Demand { floor: 0.999_9, ..demand(1, 1178, 1.0) }, demand(1, 1178, 50.0), demand(1, 1178, 50.0)];
-    assert!(plan(Strategy::Optimal, &demands, 1178 * 6, &mut runs)[0] >= 4);
-    assert!(plan(Strategy::Optimal, &demands, 1178 * 2, &mut runs)[0] >= 1);
-}
-
-#[test]
 fn nothing_to_send_and_nothing_to_spend_are_plans() {
     let mut runs = Runs::new(GilbertElliott::independent(0.1).unwrap());
     for strategy in [Strategy::None, Strategy::Equal, Strategy::Greedy, Strategy::Optimal] {
@@ -103,20 +94,48 @@ fn nothing_to_send_and_nothing_to_spend_are_plans() {
     }
 }
 
-/// Twenty levels that double in size, over a bursty channel, with a budget that is scarce. The bound
-/// is 20 ms; tests run on busy machines, so the best of several counts, with the tables of runs anew.
-#[test]
-fn twenty_levels_are_planned_in_twenty_milliseconds() {
+/// Twenty levels, doubling every third, over a bursty channel, with a budget that allows no redundancy.
+fn twenty_levels() -> (Vec<Demand>, u64) {
     let demands: Vec<Demand> = (0..20).map(|level| demand(1 << (level / 3u32).min(7), 1178, 5.0)).collect();
     let budget = cost(&demands, &demands.iter().map(|demand| demand.lacking).collect::<Vec<_>>());
-    let time = (0..40).map(|_| {
+    (demands, budget)
+}
+
+/// The bound is 20 ms. A step of the plan is two additions, a multiplication and a comparison, a step of a
+/// table some twenty operations: less than 1 and 10 ns. Steps are counted, because tests run on busy machines.
+#[test]
+fn twenty_levels_are_planned_in_few_steps() {
+    let (demands, budget) = twenty_levels();
+    for burst in [1.0 / 0.9, 8.0] {
+        let mut runs = Runs::new(GilbertElliott::bursts(0.1, burst).unwrap());
+        let choices = affordable_choices(&demands, budget, &mut runs);
+        let (units, costs) = in_units(&demands, budget);
+        let of_choice =
+            |choice: &Choice, cost: usize| (units + 1).saturating_sub(choice.packets as usize * cost);
+        let of_block = |(choices, &cost): (&Vec<Choice>, &usize)| -> usize {
+            choices.iter().map(|choice| of_choice(choice, cost)).sum()
+        };
+        let steps: usize = choices.iter().zip(&costs).map(of_block).sum();
+        assert!((1..8_000_000).contains(&steps), "{steps}");
+        // Both tables, each as long as the longest run that was asked for.
+        let longest = (budget / 1178) as usize;
+        assert!(longest * longest < 1_000_000, "{longest}");
+        println!("burst {burst}: {steps} steps");
+    }
+}
+
+/// What that takes: `cargo test --release --features transport plan_takes -- --ignored --nocapture`.
+#[test]
+#[ignore = "a measurement"]
+fn plan_takes() {
+    let (demands, budget) = twenty_levels();
+    let times = (0..40).map(|_| {
         let start = Instant::now();
         let mut runs = Runs::new(GilbertElliott::bursts(0.1, 8.0).unwrap());
-        let packets = plan(Strategy::Optimal, &demands, budget, &mut runs);
-        assert!(packets[0] > 1);
+        assert!(plan(Strategy::Optimal, &demands, budget, &mut runs)[0] > 1);
         start.elapsed()
     });
-    let best = time.min().unwrap();
-    println!("{best:?}");
-    assert!(best.as_millis() < 20, "{best:?}");
+    let mut times: Vec<_> = times.collect();
+    times.sort();
+    println!("best {:?}, median {:?}", times[0], times[20]);
 }

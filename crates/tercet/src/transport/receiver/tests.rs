@@ -245,13 +245,13 @@ fn a_session_over_a_bad_channel_restores_the_file() {
         }
         if tick % 5 == 0 {
             late.drain(..).for_each(|packet| _ = receiver.push(&packet));
-            assert!(sender.report(&receiver.report().write()));
+            assert!(sender.report(&receiver.report().write(), now));
         }
         bytes.extend(taken(&mut receiver));
     }
     assert!(sender.is_done() && receiver.is_complete());
     assert_eq!(bytes, source.file());
-    assert!(!sender.report(b"nonsense"));
+    assert!(!sender.report(b"nonsense", round_trip));
     // As many bytes later the counting simulation would have been done, too.
     let channel = simulation::Channel::new(simulation::Loss::Bursts(loss), 125_000.0, round_trip).unwrap();
     let run = simulation::session(&source, settings, &channel, 9, Duration::from_secs(20));

@@ -168,7 +168,10 @@ pub(super) struct Passage {
 /// A channel in use: packets enter one after the other.
 pub(super) struct Link<'a> {
     channel: &'a Channel,
+    /// What befalls single packets.
     random: Random,
+    /// What befalls the channel, whatever is sent over it.
+    weather: Random,
     /// State of the bursts, and the time up to which it has been drawn.
     bad: bool,
     drawn: Micros,
@@ -181,13 +184,13 @@ pub(super) struct Link<'a> {
 
 impl<'a> Link<'a> {
     pub(super) fn new(channel: &'a Channel, seed: u64) -> Self {
-        let mut random = Random::new(seed);
+        let (random, mut weather) = (Random::new(seed), Random::new(seed.rotate_left(17)));
         let bad = match channel.loss {
             Loss::Independent(_) => false,
-            Loss::Bursts(chain) => chain.start(random.unit()),
+            Loss::Bursts(chain) => chain.start(weather.unit()),
         };
         let slot = (MAX_DATAGRAM as f64 / channel.at(0).rate * 1e6).max(1.0) as Micros;
-        Link { channel, random, bad, drawn: 0, slot, free: 0, last: 0 }
+        Link { channel, random, weather, bad, drawn: 0, slot, free: 0, last: 0 }
     }
 
     /// Sends a packet of some bytes as soon as the ones before it are sent.
@@ -209,7 +212,7 @@ impl<'a> Link<'a> {
             Loss::Independent(loss) => self.random.unit() < loss,
             Loss::Bursts(chain) => {
                 while self.drawn + self.slot <= now {
-                    self.bad = chain.step(self.bad, self.random.unit());
+                    self.bad = chain.step(self.bad, self.weather.unit());
                     self.drawn += self.slot;
                 }
                 chain.loses(self.bad, self.random.unit())

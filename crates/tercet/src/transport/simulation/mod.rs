@@ -6,8 +6,12 @@
 
 mod channel;
 mod ordered;
+mod recovery;
 mod session;
 mod summary;
+
+#[cfg(test)]
+mod tests;
 
 pub use channel::{Channel, Loss, Step};
 pub use ordered::ordered;

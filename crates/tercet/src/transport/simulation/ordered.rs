@@ -1,56 +1,62 @@
-//! The baseline: one ordered, reliable stream with congestion control, as TCP and a QUIC stream are.
+//! The baseline: one ordered, reliable stream with congestion control, as QUIC has it.
 //!
-//! Selective acknowledgements, one for each segment, which are never lost and come back in half a
-//! round trip. An initial window of 10 segments (RFC 6928); slow start and congestion avoidance, the
-//! window halved once in a round trip with losses (RFC 5681, RFC 6582). A segment counts as lost when
-//! one sent three transmissions after it has been acknowledged (the packet threshold of RFC 9002; it
-//! sees a lost retransmission too, as RFC 6675 does not). Retransmission timeout after RFC 6298 with
-//! a minimum of 200 ms, known round trip at the start, doubled each time. Segments are as large as
-//! the largest datagram. The link's queue has no end, so that only the channel loses segments; the
-//! sender never sends again what has arrived, even if the acknowledgement is still on its way.
-//! Where this departs from what is in use, it favours the baseline.
+//! Loss recovery and congestion control are those of RFC 9002 ([`Recovery`]), and so are acknowledgements
+//! (RFC 9000, 13.2): of every second packet, or at once where one is missing, after 25 ms at most; each
+//! tells of all packets that have arrived, and may be lost on its way as a report of datagrams may. A
+//! probe is two packets. Packets are as large as the largest datagram. What a real connection does
+//! besides is left out, in favour of the baseline: the handshake, of which it takes over the round
+//! trip; a queue that overflows, so that only the channel loses packets; acknowledgements cost nothing.
 
 use std::cmp::Reverse;
-use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
+use std::collections::{BTreeSet, BinaryHeap};
 use std::time::Duration;
 
 use super::Run;
 use super::channel::{Channel, Link, Micros, micros};
+use super::recovery::{Expiry, MAX_ACK_DELAY, Recovery};
 use crate::transport::code::MAX_SYMBOL;
 use crate::transport::packet::OVERHEAD;
 use crate::transport::sender::Source;
 
-const INITIAL_WINDOW: f64 = 10.0;
-/// Later transmissions acknowledged before one counts as lost.
-const THRESHOLD: u64 = 3;
-const LEAST_TIMEOUT: Micros = 200_000;
-const LONGEST_TIMEOUT: Micros = 60_000_000;
+/// Bytes of an acknowledgement, about: they decide how often a bit error hits it.
+const ACK_BYTES: u32 = 64;
+/// Packets of a probe.
+const PROBE: usize = 2;
+/// Packets that are acknowledged together.
+const TOGETHER: usize = 2;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Event {
     Arrival {
-        transmission: u64,
+        number: u64,
         segment: usize,
     },
+    /// What has arrived is acknowledged, unless another acknowledgement than this one has been sent meanwhile.
+    Due(usize),
+    /// The acknowledgement of the first packets that arrived, and how long it was held back.
     Acknowledged {
-        transmission: u64,
+        arrivals: usize,
+        delay: Micros,
     },
-    /// The timer that was set last, if this is its count.
-    Timeout(u64),
+    /// The sender's timer, if this is the one that was set last.
+    Timer(u64),
 }
 
 /// Simulates one session of ordered retransmission. It ends with the file's last byte, or at `until`.
 pub fn ordered(source: &Source, channel: &Channel, seed: u64, until: Duration) -> Run {
+    let segments = source.file().len().div_ceil(MAX_SYMBOL);
     let mut session = Session {
         source,
         channel,
-        link: Link::new(channel, seed),
-        receiver: Prefix { arrived: BTreeSet::new(), next: 0 },
-        window: Window::new(micros(channel.round_trip)),
-        flights: BTreeMap::new(),
+        there: Link::new(channel, seed),
+        back: Link::new(channel, !seed),
+        receiver: Receiver::default(),
+        recovery: Recovery::new(micros(channel.round_trip)),
+        known: 0,
+        arrived: vec![false; segments],
         lost: BTreeSet::new(),
         next: 0,
-        transmissions: 0,
+        numbers: 0,
         timer: 0,
         events: BinaryHeap::new(),
         added: 0,
@@ -64,32 +70,60 @@ pub fn ordered(source: &Source, channel: &Channel, seed: u64, until: Duration) -
 struct Session<'a> {
     source: &'a Source,
     channel: &'a Channel,
-    link: Link<'a>,
-    receiver: Prefix,
-    window: Window,
-    /// Transmissions that are neither acknowledged nor lost: their segments and times.
-    flights: BTreeMap<u64, (usize, Micros)>,
+    there: Link<'a>,
+    back: Link<'a>,
+    receiver: Receiver,
+    recovery: Recovery,
+    /// How many arrivals the sender knows of.
+    known: usize,
+    /// The segments that the sender knows to have arrived.
+    arrived: Vec<bool>,
     /// Segments to be sent again.
     lost: BTreeSet<usize>,
     /// The first segment that was never sent.
     next: usize,
-    transmissions: u64,
+    numbers: u64,
     timer: u64,
     events: BinaryHeap<Reverse<(Micros, u64, Event)>>,
     added: u64,
     run: Run,
 }
 
-/// The segments that arrived.
-struct Prefix {
-    arrived: BTreeSet<usize>,
+/// What has arrived.
+#[derive(Default)]
+struct Receiver {
+    /// Segments after the first one that is missing.
+    ahead: BTreeSet<usize>,
     /// All before this one are there.
     next: usize,
+    /// Packets in the order of their arrival.
+    log: Vec<u64>,
+    /// How many of them have been acknowledged, and since when one has not.
+    acknowledged: usize,
+    waiting: Micros,
+}
+
+impl Receiver {
+    /// Takes a packet; whether it must be acknowledged at once.
+    fn take(&mut self, now: Micros, number: u64, segment: usize) -> bool {
+        if segment >= self.next {
+            self.ahead.insert(segment);
+        }
+        while self.ahead.remove(&self.next) {
+            self.next += 1;
+        }
+        if self.log.len() == self.acknowledged {
+            self.waiting = now;
+        }
+        let follows = self.log.last().map_or(0, |last| last + 1) == number;
+        self.log.push(number);
+        !follows || self.log.len() >= self.acknowledged + TOGETHER
+    }
 }
 
 impl Session<'_> {
     fn segments(&self) -> usize {
-        self.source.file().len().div_ceil(MAX_SYMBOL)
+        self.arrived.len()
     }
 
     fn add(&mut self, at: Micros, event: Event) {
@@ -103,135 +137,112 @@ impl Session<'_> {
                 return;
             }
             match event {
-                Event::Arrival { transmission, segment } => {
-                    self.arrive(now, segment);
-                    self.add(now + self.channel.one_way(), Event::Acknowledged { transmission });
-                }
-                Event::Acknowledged { transmission } => self.acknowledge(now, transmission),
-                Event::Timeout(timer) if timer == self.timer => {
-                    self.window.time_out(self.transmissions);
-                    self.lost.extend(self.flights.values().map(|flight| flight.0));
-                    self.flights.clear();
-                    self.send(now);
-                    self.set_timer(now);
-                }
-                Event::Timeout(_) => {}
+                Event::Arrival { number, segment } => self.arrive(now, number, segment),
+                Event::Due(acknowledged) if acknowledged == self.receiver.acknowledged => self.answer(now),
+                Event::Acknowledged { arrivals, delay } => self.acknowledge(now, arrivals, delay),
+                Event::Timer(timer) if timer == self.timer => match self.recovery.expire(now) {
+                    Expiry::Lost(lost) => {
+                        self.lose(lost);
+                        self.send(now);
+                    }
+                    Expiry::Probe => self.probe(now),
+                },
+                Event::Due(_) | Event::Timer(_) => {}
             }
         }
+    }
+
+    fn lose(&mut self, segments: Vec<usize>) {
+        let arrived = &self.arrived;
+        self.lost.extend(segments.into_iter().filter(|&segment| !arrived[segment]));
+    }
+
+    /// The segment to be sent next: one that is lost, or else a fresh one.
+    fn due(&mut self) -> Option<usize> {
+        while let Some(segment) = self.lost.pop_first() {
+            // It may have arrived by a probe.
+            if !self.arrived[segment] {
+                return Some(segment);
+            }
+        }
+        let fresh = (self.next < self.segments()).then_some(self.next);
+        self.next += usize::from(fresh.is_some());
+        fresh
     }
 
     fn send(&mut self, now: Micros) {
-        while (self.flights.len() as f64) < self.window.segments.floor() {
-            let segment = match self.lost.pop_first() {
-                Some(segment) => segment,
-                None if self.next < self.segments() => {
-                    self.next += 1;
-                    self.next - 1
-                }
-                None => break,
-            };
-            let payload = (self.source.file().len() - segment * MAX_SYMBOL).min(MAX_SYMBOL);
-            let bytes = (payload + OVERHEAD) as u32;
-            let passage = self.link.send(now, bytes);
-            self.run.count(now, bytes);
-            let transmission = self.transmissions;
-            self.transmissions += 1;
-            self.flights.insert(transmission, (segment, now));
-            if self.flights.len() == 1 {
-                self.set_timer(now);
-            }
-            if let Some(at) = passage.arrivals[0] {
-                self.add(at, Event::Arrival { transmission, segment });
-            }
+        while self.recovery.has_room() {
+            let Some(segment) = self.due() else { break };
+            self.transmit(now, segment);
+        }
+        self.set_timer();
+    }
+
+    /// Sends what is due, or else what has waited longest for its acknowledgement.
+    fn probe(&mut self, now: Micros) {
+        let oldest: Vec<usize> = self.recovery.under_way().take(PROBE).collect();
+        let due: Vec<usize> = (0..PROBE).map_while(|_| self.due()).collect();
+        for segment in due.into_iter().chain(oldest).take(PROBE) {
+            self.transmit(now, segment);
+        }
+        self.set_timer();
+    }
+
+    fn transmit(&mut self, now: Micros, segment: usize) {
+        let payload = (self.source.file().len() - segment * MAX_SYMBOL).min(MAX_SYMBOL);
+        let bytes = (payload + OVERHEAD) as u32;
+        let passage = self.there.send(now, bytes);
+        self.run.count(now, bytes);
+        let number = self.numbers;
+        self.numbers += 1;
+        self.recovery.sent(number, segment, now);
+        if let Some(at) = passage.arrivals[0] {
+            self.add(at, Event::Arrival { number, segment });
         }
     }
 
-    fn arrive(&mut self, now: Micros, segment: usize) {
-        self.receiver.arrived.insert(segment);
-        while self.receiver.arrived.remove(&self.receiver.next) {
-            self.receiver.next += 1;
-        }
+    fn arrive(&mut self, now: Micros, number: u64, segment: usize) {
+        let at_once = self.receiver.take(now, number, segment);
         let bytes = (self.receiver.next * MAX_SYMBOL) as u64;
         let last = self.receiver.next == self.segments();
         let stages = self.source.blocks.stages();
         if let Some(&(_, quality)) = stages.iter().rev().find(|stage| last || stage.0 <= bytes) {
             self.run.saw(now, quality);
         }
+        if at_once {
+            self.answer(now);
+        } else {
+            self.add(now + MAX_ACK_DELAY, Event::Due(self.receiver.acknowledged));
+        }
     }
 
-    fn acknowledge(&mut self, now: Micros, transmission: u64) {
-        if let Some((_, sent)) = self.flights.remove(&transmission) {
-            self.window.acknowledge(transmission, now - sent);
-            self.set_timer(now);
+    /// The receiver acknowledges all that has arrived.
+    fn answer(&mut self, now: Micros) {
+        let arrivals = self.receiver.log.len();
+        let delay = now - self.receiver.waiting;
+        self.receiver.acknowledged = arrivals;
+        if !self.back.loses(now, ACK_BYTES, self.channel.at(now).loss) {
+            self.add(now + self.channel.one_way(), Event::Acknowledged { arrivals, delay });
         }
-        while let Some(entry) = self.flights.first_entry() {
-            let earlier = *entry.key();
-            if earlier + THRESHOLD > transmission {
-                break;
-            }
-            let (segment, _) = entry.remove();
-            if segment >= self.receiver.next && !self.receiver.arrived.contains(&segment) {
-                self.lost.insert(segment);
-                self.window.lose(earlier, self.transmissions);
-            }
+    }
+
+    fn acknowledge(&mut self, now: Micros, arrivals: usize, delay: Micros) {
+        if arrivals <= self.known {
+            return;
         }
+        let news = self.recovery.acknowledge(&self.receiver.log[self.known..arrivals], delay, now);
+        self.known = arrivals;
+        for segment in news.arrived {
+            self.arrived[segment] = true;
+        }
+        self.lose(news.lost);
         self.send(now);
     }
 
-    fn set_timer(&mut self, now: Micros) {
+    fn set_timer(&mut self) {
         self.timer += 1;
-        if !self.flights.is_empty() {
-            self.add(now + self.window.timeout(), Event::Timeout(self.timer));
+        if let Some(at) = self.recovery.timer() {
+            self.add(at, Event::Timer(self.timer));
         }
-    }
-}
-
-/// How much may be on its way, and how long to wait for it.
-struct Window {
-    segments: f64,
-    threshold: f64,
-    /// The transmission from which on a loss is a new one.
-    recovered: u64,
-    smoothed: f64,
-    variation: f64,
-    backoff: u32,
-}
-
-impl Window {
-    fn new(round_trip: Micros) -> Window {
-        let smoothed = round_trip as f64;
-        let (threshold, variation) = (f64::INFINITY, smoothed / 2.0);
-        Window { segments: INITIAL_WINDOW, threshold, recovered: 0, smoothed, variation, backoff: 0 }
-    }
-
-    fn acknowledge(&mut self, transmission: u64, sample: Micros) {
-        self.backoff = 0;
-        self.variation += ((sample as f64 - self.smoothed).abs() - self.variation) / 4.0;
-        self.smoothed += (sample as f64 - self.smoothed) / 8.0;
-        if self.segments < self.threshold {
-            self.segments += 1.0;
-        } else if transmission >= self.recovered {
-            self.segments += 1.0 / self.segments;
-        }
-    }
-
-    fn lose(&mut self, transmission: u64, next: u64) {
-        if transmission >= self.recovered {
-            self.threshold = (self.segments / 2.0).max(2.0);
-            self.segments = self.threshold;
-            self.recovered = next;
-        }
-    }
-
-    fn time_out(&mut self, next: u64) {
-        self.threshold = (self.segments / 2.0).max(2.0);
-        self.segments = 1.0;
-        self.recovered = next;
-        self.backoff += 1;
-    }
-
-    fn timeout(&self) -> Micros {
-        let timeout = (self.smoothed + 4.0 * self.variation) as Micros;
-        timeout.max(LEAST_TIMEOUT).saturating_mul(1 << self.backoff.min(16)).min(LONGEST_TIMEOUT)
     }
 }

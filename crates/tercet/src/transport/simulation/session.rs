@@ -88,7 +88,9 @@ impl Session<'_> {
                     self.run.saw(now, quality);
                 }
                 Event::Tick => self.report(now),
-                Event::Report(index) => self.schedule.report(&self.reports[index]),
+                Event::Report(index) => {
+                    self.schedule.report(&self.reports[index], Duration::from_micros(now))
+                }
             }
         }
     }
