@@ -276,8 +276,17 @@ impl Schedule {
         (time.as_secs_f64() * self.settings.conditions.rate) as u64
     }
 
+    /// The incomplete blocks. What is gained by a complete one waits for the last incomplete one before it.
     fn demands(&self) -> Vec<Demand> {
-        self.blocks.iter().filter(|block| !block.complete).map(Block::demand).collect()
+        let mut demands: Vec<Demand> = Vec::new();
+        for block in &self.blocks {
+            match (block.complete, demands.last_mut()) {
+                (false, _) => demands.push(block.demand()),
+                (true, Some(before)) => before.gain += block.gain,
+                (true, None) => {}
+            }
+        }
+        demands
     }
 
     /// Plans anew with what is known at `now`.
@@ -412,5 +421,36 @@ impl Schedule {
         self.number += 1;
         self.sent += u64::from(turn.bytes);
         turn
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::transport::report::Progress;
+    use crate::{EncodeOptions, encode, shapes};
+
+    /// Also where the one before shows nothing new by itself: then it would never be sent.
+    #[test]
+    fn what_a_complete_block_is_worth_waits_for_the_one_before() {
+        let file = encode(&shapes::scan(3000, 1), &EncodeOptions::default()).unwrap().bytes;
+        let conditions = Conditions {
+            loss: GilbertElliott::independent(0.1).unwrap(),
+            rate: 125_000.0,
+            round_trip: Duration::from_millis(100),
+        };
+        let goal = Goal::Deadline(Duration::from_secs(5));
+        let settings = Settings { strategy: Strategy::Optimal, objective: Objective::Psnr, goal, conditions };
+        let mut schedule = Schedule::new(&Source::new(file).unwrap(), settings);
+        let all: f64 = schedule.blocks.iter().map(|block| block.gain).sum();
+        let last = schedule.blocks.len() as u16 - 1;
+        let progress = vec![Progress { block: last, received: None }];
+        let report = Report { heard: 1, done: last - 1, progress, ..Report::default() };
+        schedule.report(&report, Duration::from_secs(1));
+        let shown: f64 = schedule.blocks[..usize::from(last) - 1].iter().map(|block| block.gain).sum();
+        let [demand] = schedule.demands()[..] else { panic!("one block is missing") };
+        assert!((demand.gain - (all - shown)).abs() < 1e-9);
+        let turn = schedule.next_turn(Duration::from_secs(1)).expect("it is sent");
+        assert_eq!(turn.block, usize::from(last) - 1);
     }
 }
