@@ -153,7 +153,7 @@ impl Recovery {
     }
 }
 
-/// The round trip as it is measured [5].
+/// The round trip as it is measured [5.3].
 struct RoundTrip {
     latest: Micros,
     least: Micros,
