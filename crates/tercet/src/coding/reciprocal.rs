@@ -17,6 +17,10 @@ static RECIPROCAL: [u64; LARGEST + 1] = {
 /// ⌊a / n⌋ for a < 2⁵⁷ and 0 < n ≤ [`LARGEST`]: what the reciprocal is too large by adds less than 1/n.
 #[inline(always)]
 pub(super) fn divide(a: u64, n: usize) -> u64 {
+    if cfg!(target_family = "wasm") {
+        // It has no product of 128 bits, and a page loads what stands in for one.
+        return a / n as u64;
+    }
     ((a as u128 * RECIPROCAL[n] as u128) >> 63) as u64
 }
 
