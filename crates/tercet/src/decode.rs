@@ -173,7 +173,7 @@ impl Stream {
 /// and the mesh that is handed out.
 const BYTES_PER_VERTEX: u64 = 250;
 /// What the slowest effort remembers of each vertex besides.
-const MORE_BYTES_PER_VERTEX: u64 = 88;
+const MORE_BYTES_PER_VERTEX: u64 = 108;
 
 /// What a region of positions takes of each vertex while it is at work, and what several take together.
 const BYTES_PER_REGION: u64 = 40;

@@ -31,12 +31,14 @@ const LISTS: usize = 2;
 /// Ends of the bins in units; each is a power of two wide. Beyond the last the rest is stored plainly.
 const BINS: [i64; 18] = [1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 28, 44, 76, 140, 268, 524, 2572];
 
-const SIDE: usize = 0;
-const FIRST_BIN: usize = 1;
-const BIN_NODES: usize = 12;
-const FIRST_HALVING: usize = FIRST_BIN + BIN_NODES;
-const HALVING_NODES: usize = 3;
-const NODES: usize = FIRST_HALVING + HALVING_NODES;
+/// Nodes, which tell decisions apart: the side, the first bins, of which the last stands for all after it, and
+/// the first halvings.
+pub(super) const SIDE: usize = 0;
+pub(super) const FIRST_BIN: usize = 1;
+pub(super) const BIN_NODES: usize = 12;
+pub(super) const FIRST_HALVING: usize = FIRST_BIN + BIN_NODES;
+pub(super) const HALVING_NODES: usize = 3;
+pub(super) const NODES: usize = FIRST_HALVING + HALVING_NODES;
 const _: () = assert!(NODES.is_power_of_two());
 
 /// Units, by their logarithm, and kinds of axes.

@@ -4,6 +4,8 @@
 //! The questions and their order are the same. What does not depend on the answers is gathered
 //! before the first of them.
 
+use super::flip::{PRIOR, Turned, UNIT};
+use super::model::LIMIT;
 use super::shape::VIRTUAL;
 use super::sketch::Sketch;
 use crate::entropy::{Coder, Counter};
@@ -15,16 +17,9 @@ pub(crate) struct CountedModels {
     flip: Vec<Counter>,
 }
 
-/// Outcomes that a counter remembers.
-const MEMORY: u16 = 250;
-
 /// Values of the contexts.
 const SPLITS: usize = 16 * 16 * 3 * 2;
 const FLIPS: usize = 32 * 16 * 4 * 4;
-
-/// Valences are expected in 1/32; an undecided edge counts as flipped with this probability.
-const UNIT: i32 = 32;
-const PRIOR: i32 = 27;
 
 impl CountedModels {
     pub fn new() -> Self {
@@ -52,7 +47,7 @@ impl CountedModels {
             let context = ((neighbours as usize * 16 + local) * 3 + share(around)) * 2 + large;
             let counter = &mut self.split[context];
             *bit = coder.bit(*bit, counter.p());
-            counter.learn(*bit, MEMORY);
+            counter.learn(*bit, LIMIT);
             decided[f] = if *bit { 4 } else { 1 };
             if area != VIRTUAL {
                 threshold.learn(area, *bit);
@@ -79,10 +74,10 @@ impl CountedModels {
         for c in candidates {
             let o = surface.across(c);
             let turned = [c, o].map(|c| state.turned[(c / 3) as usize]);
-            let bit = !turned.iter().any(|&turned| is_blocked(turned)) && {
+            let bit = !turned.iter().any(|turned| turned.is_blocked()) && {
                 let counter = &mut self.flip[state.context(sketch, [c, o], turned)];
                 let bit = coder.bit(flip.get(c as usize).is_some_and(|&flip| flip), counter.p());
-                counter.learn(bit, MEMORY);
+                counter.learn(bit, LIMIT);
                 bit
             };
             if bit {
@@ -131,23 +126,8 @@ impl Threshold {
     }
 }
 
-/// A face: whether it is split or virtual, and four times its flips and its edges that stay.
-type Turned = u8;
-const SPLIT: Turned = 0x80;
-const HIDDEN: Turned = 0x40;
-const FLIP: Turned = 4;
-const STAY: Turned = 1;
-
-#[inline(always)]
-fn flips(turned: Turned) -> i32 {
-    ((turned / FLIP) & 3) as i32
-}
-
-/// An unsplit face turns with one flip at most.
-#[inline(always)]
-fn is_blocked(turned: Turned) -> bool {
-    turned & SPLIT == 0 && flips(turned) > 0
-}
+/// Beside what [`Turned`] notes of a face, that it is virtual.
+const HIDDEN: u8 = 0x40;
 
 /// What flip bits depend on.
 struct State<'a> {
@@ -163,7 +143,7 @@ impl<'a> State<'a> {
         let turned: Vec<Turned> = split
             .iter()
             .zip(&sketch.area)
-            .map(|(&split, &area)| SPLIT * split as u8 + HIDDEN * (area == VIRTUAL) as u8)
+            .map(|(&split, &area)| Turned(Turned::SPLIT * split as u8 + HIDDEN * (area == VIRTUAL) as u8))
             .collect();
         let mut expected = vec![0i32; surface.vertices as usize];
         let mut candidates = vec![0; surface.vertex.len() / 2 + 1];
@@ -195,15 +175,15 @@ impl<'a> State<'a> {
     /// The valence to expect at an apex, but for this edge.
     #[inline(always)]
     fn at_apex(&self, c: u32, turned: Turned) -> i32 {
-        let [old, new] = [self.expected(c).wrapping_sub(PRIOR), UNIT * (3 + flips(turned))];
+        let [old, new] = [self.expected(c).wrapping_sub(PRIOR), UNIT * (3 + turned.flips())];
         // Split or not is hard to guess, for a processor too.
-        old ^ ((old ^ new) & -((turned >> 7) as i32))
+        old ^ ((old ^ new) & -((turned.0 >> 7) as i32))
     }
 
     #[inline(always)]
     fn context(&self, sketch: &Sketch, [c, o]: [u32; 2], turned: [Turned; 2]) -> usize {
-        let one = !turned[0] & SPLIT | !turned[1] & SPLIT;
-        let hidden = (turned[0] | turned[1]) & HIDDEN;
+        let one = (!turned[0].0 | !turned[1].0) & Turned::SPLIT;
+        let hidden = (turned[0].0 | turned[1].0) & HIDDEN;
         let kind = (one >> 7 | hidden >> 5) as usize;
         let angle = angle(cotangent(sketch, c, turned[0]) + cotangent(sketch, o, turned[1]));
         let ends = self.expected(next(c)).wrapping_add(self.expected(prev(c))).wrapping_add(2 * PRIOR);
@@ -218,11 +198,11 @@ impl<'a> State<'a> {
     fn decide(&mut self, corners: [u32; 2], turned: [Turned; 2], bit: bool) {
         let change = UNIT * bit as i32 - PRIOR;
         for (c, turned) in corners.into_iter().zip(turned) {
-            self.turned[(c / 3) as usize] = turned + if bit { FLIP } else { STAY };
+            self.turned[(c / 3) as usize].0 = turned.0 + if bit { Turned::FLIP } else { Turned::STAY };
             let end = &mut self.expected[self.surface.at(next(c)) as usize];
             *end = end.wrapping_sub(change);
             let apex = &mut self.expected[self.surface.at(c) as usize];
-            *apex = apex.wrapping_add(change & ((turned >> 7) as i32 - 1));
+            *apex = apex.wrapping_add(change & ((turned.0 >> 7) as i32 - 1));
         }
     }
 }
@@ -236,7 +216,7 @@ fn cotangent(sketch: &Sketch, c: u32, turned: Turned) -> i32 {
     let ratio = sketch.ratio[f as usize];
     let sum: i32 = ratio.iter().map(|&x| x as i32).sum();
     // A third, for a sum below 2¹⁶.
-    let sum = if turned & SPLIT != 0 { (sum * 21_846) >> 16 } else { sum };
+    let sum = if turned.0 & Turned::SPLIT != 0 { (sum * 21_846) >> 16 } else { sum };
     sum - 2 * ratio[k as usize] as i32
 }
 
@@ -289,7 +269,7 @@ mod tests {
             let at = |c: u32| positions[surface.at(c) as usize].map(f64::from);
             let [p, x, y] = [at(c), at(next(c)), at(prev(c))];
             let centre = [0, 1, 2].map(|k| (p[k] + x[k] + y[k]) / 3.0);
-            for (apex, turned) in [(p, 0), (centre, SPLIT)] {
+            for (apex, turned) in [(p, Turned(0)), (centre, Turned(Turned::SPLIT))] {
                 let [u, v] = [x, y].map(|end| [0, 1, 2].map(|k| end[k] - apex[k]));
                 let dot: f64 = (0..3).map(|k| u[k] * v[k]).sum();
                 let square = |a: [f64; 3]| a.iter().map(|x| x * x).sum::<f64>();

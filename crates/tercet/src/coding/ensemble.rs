@@ -8,12 +8,13 @@
 
 use super::axes::{AxisOrder, KINDS, axes, is_across, kind, shift};
 use super::beyond::Beyond;
+use super::coordinate::Expert;
 use super::deviation::{Deviation, Forecast, HINTS, octaves};
 use super::histogram::Histogram;
 use super::opinions::INITIAL;
 use super::pass::{Pass, Progress, Roughness, plain};
 use super::regression::{Regression, standardise};
-use super::residual::{Candidates, Expert, ResidualModels, Situation};
+use super::residual::{Candidates, ResidualModels, Situation};
 use super::ring::{Neighbourhood, Ring};
 use super::scale::{Scale, ScaleCell, bin, ratio};
 use super::spread::{Cells, FineSpread};

@@ -25,20 +25,20 @@ pub(crate) enum FlipModels {
 }
 
 /// Valences are expected in 1/32; an undecided edge counts as flipped with this probability.
-const UNIT: i32 = 32;
-const PRIOR: i32 = 27;
+pub(super) const UNIT: i32 = 32;
+pub(super) const PRIOR: i32 = 27;
 
 /// Cotangents, in 1/256, are held within ± this.
 const COTANGENT_LIMIT: i32 = 1 << 16;
 
 /// A face: whether it is split, and the outcomes of its edges so far.
 #[derive(Clone, Copy)]
-struct Turned(u8);
+pub(super) struct Turned(pub u8);
 
 impl Turned {
-    const SPLIT: u8 = 0x80;
-    const FLIP: u8 = 4;
-    const STAY: u8 = 1;
+    pub const SPLIT: u8 = 0x80;
+    pub const FLIP: u8 = 4;
+    pub const STAY: u8 = 1;
 
     #[inline(always)]
     fn is_split(self) -> bool {
@@ -46,13 +46,13 @@ impl Turned {
     }
 
     #[inline(always)]
-    fn flips(self) -> i32 {
+    pub fn flips(self) -> i32 {
         ((self.0 / Self::FLIP) & 3) as i32
     }
 
     /// An unsplit face turns with one flip at most.
     #[inline(always)]
-    fn is_blocked(self) -> bool {
+    pub fn is_blocked(self) -> bool {
         !self.is_split() && self.flips() > 0
     }
 

@@ -16,9 +16,9 @@
 //! decision, `S` sets of weights, and `V` vectors of eight opinions for what these give and a bias. Where
 //! there are histograms, what the mixers say is averaged with a secondary estimate of it.
 
+use super::coordinate::{BIN_NODES, Expert, FIRST_BIN, FIRST_HALVING, HALVING_NODES, NODES, SIDE};
 use super::histogram::Histogram;
 use super::model::number;
-use super::scale::Scale;
 use super::vector::COORDINATE_LIMIT;
 use crate::entropy::{
     Coder, Counter, Knot, LOGIT_LIMIT, Mixer, Opinions, Secondary, error, log_expm1, softplus, squash,
@@ -30,25 +30,9 @@ pub(crate) const TRUSTS: usize = 24;
 /// Ends of the bins in units of the bin width; beyond the last the rest is stored plainly.
 const BINS: [i64; 18] = [1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 28, 40, 60, 100, 200, 500, 2000];
 
-const SIGN: usize = 0;
-const FIRST_BIN: usize = 1;
-const BIN_NODES: usize = 12;
-const FIRST_HALVING: usize = FIRST_BIN + BIN_NODES;
-const HALVING_NODES: usize = 3;
-const NODES: usize = FIRST_HALVING + HALVING_NODES;
-const _: () = assert!(NODES.is_power_of_two());
-
 const COUNTER_LIMIT: u16 = 110;
 const MIXER_RATE: i32 = 420;
 const BIAS: i16 = 77;
-
-/// A distribution of the coordinate.
-#[derive(Clone, Copy)]
-pub(crate) struct Expert {
-    /// Its centre, in 1/256 of a step.
-    pub centre: i64,
-    pub scale: Scale,
-}
 
 /// The contexts of one coordinate.
 pub(crate) struct Situation<'a, const K: usize, const L: usize, const S: usize, const G: usize> {
@@ -276,7 +260,7 @@ impl<const E: usize, const K: usize, const L: usize, const S: usize, const G: us
         let window = 4 * experts[0].scale.unit() + 1;
         [walk.low, walk.middle, walk.high] = [-window, 0, window].map(|bound| walk.below(bound));
         walk.bound_by([-window, 0, window]);
-        let negative = self.decide(coder, value < centre, SIGN, &walk);
+        let negative = self.decide(coder, value < centre, SIDE, &walk);
         if negative {
             walk.contexts = &situation.below;
             walk.negative = true;
@@ -446,6 +430,7 @@ fn clamp(logit: i32) -> i16 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::scale::Scale;
     use super::*;
     use crate::entropy::{Decoder, Encoder};
     use proptest::prelude::*;
