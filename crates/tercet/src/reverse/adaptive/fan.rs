@@ -100,7 +100,7 @@ impl<const D: usize> Spokes<D> {
 
     /// A weight times a third of `part` over the size.
     fn scaled(&self, weight: i64, part: i64) -> i32 {
-        (weight * (part * self.per_size >> 16) >> 16) as i32
+        ((weight * ((part * self.per_size) >> 16)) >> 16) as i32
     }
 
     /// Value of a flip set apart from its flips where the spoke at `gap` is virtual (and zero).

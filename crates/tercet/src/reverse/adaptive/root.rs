@@ -50,7 +50,7 @@ pub(super) fn root(x: i64) -> i64 {
 /// x / √square for |x| < 2^50; `square` 0 counts as 1.
 pub(super) fn over_root(x: i64, square: u64) -> i64 {
     let (index, half) = normalised(square.max(1));
-    x * i64::from(INVERSE[index]) >> (INVERSE_BITS + 32 - half)
+    (x * i64::from(INVERSE[index])) >> (INVERSE_BITS + 32 - half)
 }
 
 /// The logarithm to base 2 of a positive number in units of 1/256; between powers of two it
