@@ -18,7 +18,7 @@ const SIZES: usize = 32;
 const RECIPROCAL: [u64; 8] = [0, 65536, 32768, 21845, 16384, 13107, 10922, 0];
 
 /// How much of each neighbour's error to expect again, in 1/256, by the number of neighbours.
-const SHARE: [i64; NEW] = [0, 48, 36, 28];
+pub(super) const SHARE: [i64; NEW] = [0, 48, 36, 28];
 
 /// What is known around a vertex.
 pub(super) struct Around {

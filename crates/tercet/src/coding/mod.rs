@@ -13,6 +13,7 @@ mod beyond;
 mod births;
 mod coordinate;
 mod counted;
+mod detail;
 #[cfg(feature = "max")]
 mod deviation;
 #[cfg(feature = "max")]

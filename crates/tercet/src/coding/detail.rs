@@ -1,0 +1,110 @@
+//! Positions of regular levels, of √3 and butterfly steps, by tables.
+//!
+//! Their details are nearly noise along the normal. So none of what the [tables](super::tabled) of other levels
+//! are chosen by pays here: a coordinate that repeats one nearby does so by chance, vertices are equally far
+//! apart, and how far coding is off changes slowly from vertex to vertex, as their numbers follow the
+//! surface. What is left is the estimate, corrected by the errors of the wings that are known; a mean
+//! magnitude that forgets; and where between two lattice points the expectation lies.
+
+use super::around::{Known, SHARE};
+use super::axes::{AxisOrder, KINDS, axes, kind, shift};
+use super::site::Site;
+use super::tabled::{Frame, LENGTHS, WIDTHS, Width, initial};
+use super::vector::{Point, Vector};
+use crate::entropy::{Coder, Counter, Frequencies};
+use crate::subdivide::FRACTION_BITS;
+
+/// The models of details; they live as long as the file.
+pub(super) struct DetailModels {
+    /// By kind of axis the mean magnitude of the last errors, in 1/256 and with [`MEAN_BITS`] behind the point.
+    means: [u64; KINDS],
+    /// By kind of axis, width and how far the expectation is from the lattice point nearest to it.
+    tables: Vec<Frequencies>,
+}
+
+/// Each error counts 2^−this in the mean.
+const MEMORY: u32 = 4;
+const MEAN_BITS: u32 = 8;
+
+/// What means begin with: errors of a step and a half.
+const START: u64 = 400 << MEAN_BITS;
+
+/// Distances of the expectation from the nearest lattice point that are told apart, and the width of each, in 1/256.
+const FRACTIONS: usize = 4;
+const FRACTION_WIDTH: usize = 128 / FRACTIONS;
+
+/// Errors are held below this.
+const FAR: u64 = 1 << 36;
+
+impl DetailModels {
+    pub fn new() -> Self {
+        let start = (0..KINDS * WIDTHS * FRACTIONS).map(|i| initial(i / FRACTIONS % WIDTHS));
+        DetailModels { means: [START; KINDS], tables: start.collect() }
+    }
+
+    /// Codes where the vertex at `site` lies, which is `target` when encoding; `escapes` are by kind of axis.
+    #[inline(always)]
+    pub fn code<C: Coder>(
+        &mut self,
+        coder: &mut C,
+        site: &Site,
+        known: &Known,
+        escapes: &mut [Counter],
+        target: Point,
+    ) -> Point {
+        const ORDER: AxisOrder = AxisOrder::NormalFirst;
+        let normal = site.normal.map(i64::from);
+        let at_boundary = site.corners.iter().any(|&a| a < known.virtuals);
+        let axes = axes(normal, ORDER);
+        let widths = [0, 1].map(|step| {
+            let kind = kind(step, ORDER, at_boundary);
+            (kind, Width::new((self.means[kind] >> MEAN_BITS) + 8))
+        });
+        let mut point = target;
+        let mut centres = [expected(site, known)];
+        for (step, &axis) in axes.iter().enumerate() {
+            let (kind, width) = widths[step.min(1)];
+            let place = centres[0][axis];
+            let frame = Frame::new(place, width);
+            let table = (kind * WIDTHS + width.bin) * FRACTIONS + fraction(frame, place);
+            let frequencies = &mut self.tables[table];
+            let escapes = &mut escapes[kind * LENGTHS..(kind + 1) * LENGTHS];
+            let (value, symbol) = frame.code(coder, frequencies.cumulative(), escapes, target[axis]);
+            frequencies.learn(symbol);
+            point[axis] = value;
+            let off = ((value as i64) << FRACTION_BITS) - place;
+            let mean = &mut self.means[kind];
+            let magnitude = off.unsigned_abs().min(FAR) << MEAN_BITS;
+            *mean = *mean - (*mean >> MEMORY) + (magnitude >> MEMORY);
+            shift(&mut centres, [off], normal, axes, step, ORDER);
+        }
+        point
+    }
+}
+
+/// How far the expectation is from the middle of the frame, in [`FRACTION_WIDTH`]s.
+#[inline(always)]
+fn fraction(frame: Frame, place: i64) -> usize {
+    let distance = (place - (frame.middle << FRACTION_BITS)).unsigned_abs() as usize;
+    (distance / FRACTION_WIDTH).min(FRACTIONS - 1)
+}
+
+/// The estimate, moved by a share of the errors of the wings that are known and had estimates.
+#[inline(always)]
+fn expected(site: &Site, known: &Known) -> Vector {
+    let &Known { v, first, positions, estimates, .. } = known;
+    let own = (v - first) as usize;
+    let mut error = [0; 3];
+    let mut count = 0;
+    for &a in &site.wings {
+        // One comparison, and masks: which wings are known is hard to guess for a processor.
+        let is_known = a.wrapping_sub(first) < v - first;
+        let from = &estimates[if is_known { (a - first) as usize } else { own }];
+        let mask = -(is_known as i64);
+        let at = positions[a as usize].map(|x| (x as i64) << FRACTION_BITS);
+        error = [0, 1, 2].map(|i| error[i] + ((at[i] - from[i]) & mask));
+        count += is_known as usize;
+    }
+    let share = SHARE[count & 3];
+    [0, 1, 2].map(|i| estimates[own][i] + ((error[i] * share) >> 8))
+}
