@@ -3,8 +3,9 @@
 //! Their details are nearly noise along the normal. So none of what the [tables](super::tabled) of other levels
 //! are chosen by pays here: a coordinate that repeats one nearby does so by chance, vertices are equally far
 //! apart, and how far coding is off changes slowly from vertex to vertex, as their numbers follow the
-//! surface. What is left is the estimate, corrected by the errors of the wings that are known; a mean
-//! magnitude that forgets; and where between two lattice points the expectation lies.
+//! surface. What is left is the estimate, corrected by the errors of the wings that are known; mean
+//! magnitudes that forget, chosen by how large those errors are; and where between two lattice points the
+//! expectation lies.
 
 use super::around::{Known, SHARE};
 use super::axes::{AxisOrder, KINDS, axes, kind, shift};
@@ -16,8 +17,9 @@ use crate::subdivide::FRACTION_BITS;
 
 /// The models of details; they live as long as the file.
 pub(super) struct DetailModels {
-    /// By kind of axis the mean magnitude of the last errors, in 1/256 and with [`MEAN_BITS`] behind the point.
-    means: [u64; KINDS],
+    /// By kind of axis and how far the wings were off, the mean magnitude of the last errors, in 1/256 and with
+    /// [`MEAN_BITS`] behind the point.
+    means: [[u64; CLASSES]; KINDS],
     /// By kind of axis, width and how far the expectation is from the lattice point nearest to it.
     tables: Vec<Frequencies>,
 }
@@ -29,6 +31,10 @@ const MEAN_BITS: u32 = 8;
 /// What means begin with: errors of a step and a half.
 const START: u64 = 400 << MEAN_BITS;
 
+/// No wing is known, or their errors are of a magnitude: two octaves each from 1/16 of a step on.
+const CLASSES: usize = 8;
+const LEAST: u32 = 4;
+
 /// Distances of the expectation from the nearest lattice point that are told apart, and the width of each, in 1/256.
 const FRACTIONS: usize = 4;
 const FRACTION_WIDTH: usize = 128 / FRACTIONS;
@@ -39,7 +45,7 @@ const FAR: u64 = 1 << 36;
 impl DetailModels {
     pub fn new() -> Self {
         let start = (0..KINDS * WIDTHS * FRACTIONS).map(|i| initial(i / FRACTIONS % WIDTHS));
-        DetailModels { means: [START; KINDS], tables: start.collect() }
+        DetailModels { means: [[START; CLASSES]; KINDS], tables: start.collect() }
     }
 
     /// Codes where the vertex at `site` lies, which is `target` when encoding; `escapes` are by kind of axis.
@@ -53,15 +59,16 @@ impl DetailModels {
         target: Point,
     ) -> Point {
         const ORDER: AxisOrder = AxisOrder::NormalFirst;
-        let normal = site.normal.map(i64::from);
+        let normal = site.normal(known.virtuals, known.positions);
         let at_boundary = site.corners.iter().any(|&a| a < known.virtuals);
         let axes = axes(normal, ORDER);
+        let (expected, class) = expected(site, known);
         let widths = [0, 1].map(|step| {
             let kind = kind(step, ORDER, at_boundary);
-            (kind, Width::new((self.means[kind] >> MEAN_BITS) + 8))
+            (kind, Width::new((self.means[kind][class] >> MEAN_BITS) + 8))
         });
         let mut point = target;
-        let mut centres = [expected(site, known)];
+        let mut centres = [expected];
         for (step, &axis) in axes.iter().enumerate() {
             let (kind, width) = widths[step.min(1)];
             let place = centres[0][axis];
@@ -73,7 +80,7 @@ impl DetailModels {
             frequencies.learn(symbol);
             point[axis] = value;
             let off = ((value as i64) << FRACTION_BITS) - place;
-            let mean = &mut self.means[kind];
+            let mean = &mut self.means[kind][class];
             let magnitude = off.unsigned_abs().min(FAR) << MEAN_BITS;
             *mean = *mean - (*mean >> MEMORY) + (magnitude >> MEMORY);
             shift(&mut centres, [off], normal, axes, step, ORDER);
@@ -89,9 +96,10 @@ fn fraction(frame: Frame, place: i64) -> usize {
     (distance / FRACTION_WIDTH).min(FRACTIONS - 1)
 }
 
-/// The estimate, moved by a share of the errors of the wings that are known and had estimates.
+/// The estimate, moved by a share of the errors of the wings that are known and had estimates; the class of
+/// these errors.
 #[inline(always)]
-fn expected(site: &Site, known: &Known) -> Vector {
+fn expected(site: &Site, known: &Known) -> (Vector, usize) {
     let &Known { v, first, positions, estimates, .. } = known;
     let own = (v - first) as usize;
     let mut error = [0; 3];
@@ -106,5 +114,8 @@ fn expected(site: &Site, known: &Known) -> Vector {
         count += is_known as usize;
     }
     let share = SHARE[count & 3];
-    [0, 1, 2].map(|i| estimates[own][i] + ((error[i] * share) >> 8))
+    let magnitude = error.iter().map(|x| x.unsigned_abs()).sum::<u64>();
+    let octaves = ((magnitude + (1 << LEAST)).ilog2() - LEAST) as usize;
+    let class = if count == 0 { 0 } else { (1 + octaves / 2).min(CLASSES - 1) };
+    ([0, 1, 2].map(|i| estimates[own][i] + ((error[i] * share) >> 8)), class)
 }

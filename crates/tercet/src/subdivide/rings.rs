@@ -32,31 +32,51 @@ const ORDINARY: u32 = 6;
 pub(super) fn predict(coarse: &Surface, kind: StepKind, positions: &[[i32; 3]]) -> Vec<[i64; 3]> {
     let fans = fans(coarse, kind, positions);
     let mut sums = extraordinary(coarse, &fans, positions);
-    let mut stencil = Stencil::default();
-    let mut each = |f: u32, sum: [i64; 3], give: &mut dyn FnMut([i64; 3])| {
-        let corners = coarse.face(f);
-        let valences = corners.map(|v| fans[v as usize].valence);
-        if valences == [ORDINARY; 3] {
-            give(regular(coarse, f, &fans, positions));
-        } else if valences.contains(&(PLAIN as u32)) {
-            let valences = valences.map(|n| n as u8);
-            of_face(&mut stencil, coarse, kind, f, valences, |s| give(s.fixed(positions, FRACTION_BITS)));
-        } else {
-            give(mean(sum, valences.iter().filter(|&&n| n != ORDINARY).count()));
-        }
-    };
     if coarse.virtuals == 0 {
         for f in 0..coarse.faces() {
             let sum = &mut sums[f as usize];
-            each(f, *sum, &mut |estimate| *sum = estimate);
+            each(coarse, kind, f, &fans, positions, *sum, |estimate| *sum = estimate);
         }
         return sums;
     }
     let mut predicted = Vec::with_capacity(sums.len());
     for f in (0..coarse.faces()).filter(|&f| !coarse.is_virtual_face(f)) {
-        each(f, sums[f as usize], &mut |estimate| predicted.push(estimate));
+        each(coarse, kind, f, &fans, positions, sums[f as usize], |estimate| predicted.push(estimate));
     }
     predicted
+}
+
+/// Gives the estimates of the new vertices of real face `f`, whose extraordinary corners' rules have this sum.
+#[inline(always)]
+fn each(
+    coarse: &Surface,
+    kind: StepKind,
+    f: u32,
+    fans: &[Fan],
+    positions: &[[i32; 3]],
+    sum: [i64; 3],
+    mut give: impl FnMut([i64; 3]),
+) {
+    let valences = coarse.face(f).map(|v| fans[v as usize].valence);
+    if valences == [ORDINARY; 3] {
+        give(regular(coarse, f, fans, positions));
+    } else if valences.contains(&PLAIN.into()) {
+        by_stencil(coarse, kind, f, valences.map(|n| n as u8), positions, &mut give);
+    } else {
+        give(mean(sum, valences.iter().filter(|&&n| n != ORDINARY).count()));
+    }
+}
+
+#[cold]
+fn by_stencil(
+    coarse: &Surface,
+    kind: StepKind,
+    f: u32,
+    valences: [u8; 3],
+    positions: &[[i32; 3]],
+    give: &mut dyn FnMut([i64; 3]),
+) {
+    of_face(&mut Stencil::default(), coarse, kind, f, valences, |s| give(s.fixed(positions, FRACTION_BITS)));
 }
 
 fn fans(coarse: &Surface, kind: StepKind, positions: &[[i32; 3]]) -> Vec<Fan> {

@@ -68,15 +68,15 @@ fn is_inner_edge(surface: &Surface, c: u32) -> bool {
 /// Beyond *x*–*v* there lies the face of the corner across from prev(*c*), beyond *w*–*x* that of the
 /// corner after the one across from *c*.
 fn refine_closed(coarse: &Surface) -> Refined {
-    let corners = coarse.vertex.len();
-    let mut vertex = Vec::with_capacity(3 * corners);
-    let mut opposite = Vec::with_capacity(3 * corners);
+    let (mut vertex, mut opposite) = (vec![0; 3 * coarse.vertex.len()], vec![0; 3 * coarse.vertex.len()]);
     let faces = coarse.vertex.chunks_exact(3).zip(coarse.opposite.chunks_exact(3));
-    for (v, (t, across)) in (coarse.vertices..).zip(faces) {
+    let fine = vertex.chunks_exact_mut(9).zip(opposite.chunks_exact_mut(9));
+    for ((v, (t, across)), (vertex, opposite)) in (coarse.vertices..).zip(faces).zip(fine) {
         for k in 0..3 {
-            let beyond = across[k];
-            vertex.extend([t[(k + 1) % 3], coarse.vertices + beyond / 3, v]);
-            opposite.extend([3 * beyond, 3 * across[(k + 2) % 3] + 2, 3 * next(beyond) + 1]);
+            let (here, beyond) = (3 * k..3 * k + 3, across[k]);
+            vertex[here.clone()].copy_from_slice(&[t[(k + 1) % 3], coarse.vertices + beyond / 3, v]);
+            let around = [3 * beyond, 3 * across[(k + 2) % 3] + 2, 3 * next(beyond) + 1];
+            opposite[here].copy_from_slice(&around);
         }
     }
     let vertices = coarse.vertices + coarse.faces();
