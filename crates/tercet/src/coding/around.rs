@@ -103,7 +103,7 @@ impl Around {
         Some(Around {
             expected,
             origin,
-            normal: site.normal(virtuals, positions),
+            normal: site.normal(virtuals, |w| positions[w as usize]),
             at_boundary: site.corners.iter().any(|&a| a < virtuals),
             place: new * SIZES + bin(edge + 1, 2, -7, SIZES),
             edge,

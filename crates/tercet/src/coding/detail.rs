@@ -13,7 +13,7 @@ use super::site::Site;
 use super::tabled::{Frame, LENGTHS, WIDTHS, Width, initial};
 use super::vector::{Point, Vector};
 use crate::entropy::{Coder, Counter, Frequencies};
-use crate::subdivide::FRACTION_BITS;
+use crate::subdivide::{FRACTION_BITS, round};
 
 /// The models of details; they live as long as the file.
 pub(super) struct DetailModels {
@@ -59,7 +59,12 @@ impl DetailModels {
         target: Point,
     ) -> Point {
         const ORDER: AxisOrder = AxisOrder::NormalFirst;
-        let normal = site.normal(known.virtuals, known.positions);
+        // Details are along the normal of the surface that is expected, not of the one that is noisy.
+        let estimated = |w: u32| match known.estimates.get(w.wrapping_sub(known.first) as usize) {
+            Some(&estimate) => round(estimate),
+            None => known.positions[w as usize],
+        };
+        let normal = site.normal(known.virtuals, estimated);
         let at_boundary = site.corners.iter().any(|&a| a < known.virtuals);
         let axes = axes(normal, ORDER);
         let (expected, class) = expected(site, known);

@@ -103,23 +103,22 @@ pub(crate) fn in_rings(surface: &Surface, first: u32) -> Vec<Site> {
 }
 
 impl Site {
-    /// The normal of the surface, below 2¹⁵, by `positions` that are known or rounded estimates; 0 if a corner
-    /// is virtual.
+    /// The normal of the surface, below 2¹⁵, by `positions` that are known or estimates; 0 if a corner is virtual.
     #[inline(always)]
-    pub fn normal(&self, virtuals: u32, positions: &[Point]) -> Vector {
+    pub fn normal(&self, virtuals: u32, position: impl Fn(u32) -> Point) -> Vector {
         if self.corners.iter().any(|&v| v < virtuals) {
             return [0; 3];
         }
-        let [p, q, r] = self.corners.map(|v| &positions[v as usize]);
-        direction([p, q, r], self.wings.map(|w| if w < virtuals { p } else { &positions[w as usize] }))
+        let [p, q, r] = self.corners.map(&position);
+        direction([p, q, r], self.wings.map(|w| if w < virtuals { p } else { position(w) }))
     }
 }
 
 /// The direction of the area of the hexagon *p*, *c*, *q*, *a*, *r*, *b*, below 2¹⁵: seen from *p* that is
 /// *q* × (*a* − *c*) + *r* × (*b* − *a*).
 #[inline(always)]
-fn direction([p, q, r]: [&Point; 3], [a, b, c]: [&Point; 3]) -> Vector {
-    let sub = |x: &Point, y: &Point| -> Vector { [0, 1, 2].map(|k| x[k].wrapping_sub(y[k]) as i64) };
+fn direction([p, q, r]: [Point; 3], [a, b, c]: [Point; 3]) -> Vector {
+    let sub = |x: Point, y: Point| -> Vector { [0, 1, 2].map(|k| x[k].wrapping_sub(y[k]) as i64) };
     let (q, r, beside_q, beside_r) = (sub(q, p), sub(r, p), sub(a, c), sub(b, a));
     let area: Vector = [0, 1, 2].map(|k| {
         let (x, y) = ((k + 1) % 3, (k + 2) % 3);
@@ -185,7 +184,7 @@ mod tests {
         for scale in [1, 1000, 1 << 26] {
             let hexagon = [[2, 0, 0], [0, 3, 0], [-2, -3, 0]].map(|p: Point| p.map(|x| x * scale));
             let wings = [[-3, 1, 0], [1, -4, 0], [2, 3, 0]].map(|p: Point| p.map(|x| x * scale));
-            let [x, y, z] = direction(hexagon.each_ref(), wings.each_ref());
+            let [x, y, z] = direction(hexagon, wings);
             assert_eq!((x, y), (0, 0));
             assert!(z > 0);
         }
