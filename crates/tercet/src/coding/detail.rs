@@ -7,11 +7,11 @@
 //! magnitudes that forget, chosen by how large those errors are; and where between two lattice points the
 //! expectation lies.
 
-use super::around::{Known, SHARE};
+use super::around::{Correction, Known};
 use super::axes::{AxisOrder, KINDS, axes, kind, shift};
 use super::site::Site;
 use super::tabled::{Frame, LENGTHS, WIDTHS, Width, initial};
-use super::vector::{Point, Vector};
+use super::vector::Point;
 use crate::entropy::{Coder, Counter, Frequencies};
 use crate::subdivide::{FRACTION_BITS, round};
 
@@ -67,13 +67,14 @@ impl DetailModels {
         let normal = site.normal(known.virtuals, estimated);
         let at_boundary = site.corners.iter().any(|&a| a < known.virtuals);
         let axes = axes(normal, ORDER);
-        let (expected, class) = expected(site, known);
+        let correction = Correction::new(site, known);
+        let class = class(&correction);
         let widths = [0, 1].map(|step| {
             let kind = kind(step, ORDER, at_boundary);
             (kind, Width::new((self.means[kind][class] >> MEAN_BITS) + 8))
         });
         let mut point = target;
-        let mut centres = [expected];
+        let mut centres = [correction.expected];
         for (step, &axis) in axes.iter().enumerate() {
             let (kind, width) = widths[step.min(1)];
             let place = centres[0][axis];
@@ -101,26 +102,9 @@ fn fraction(frame: Frame, place: i64) -> usize {
     (distance / FRACTION_WIDTH).min(FRACTIONS - 1)
 }
 
-/// The estimate, moved by a share of the errors of the wings that are known and had estimates; the class of
-/// these errors.
+/// How far the wings were off.
 #[inline(always)]
-fn expected(site: &Site, known: &Known) -> (Vector, usize) {
-    let &Known { v, first, positions, estimates, .. } = known;
-    let own = (v - first) as usize;
-    let mut error = [0; 3];
-    let mut count = 0;
-    for &a in &site.wings {
-        // One comparison, and masks: which wings are known is hard to guess for a processor.
-        let is_known = a.wrapping_sub(first) < v - first;
-        let from = &estimates[if is_known { (a - first) as usize } else { own }];
-        let mask = -(is_known as i64);
-        let at = positions[a as usize].map(|x| (x as i64) << FRACTION_BITS);
-        error = [0, 1, 2].map(|i| error[i] + ((at[i] - from[i]) & mask));
-        count += is_known as usize;
-    }
-    let share = SHARE[count & 3];
-    let magnitude = error.iter().map(|x| x.unsigned_abs()).sum::<u64>();
+fn class(&Correction { magnitude, count, .. }: &Correction) -> usize {
     let octaves = ((magnitude + (1 << LEAST)).ilog2() - LEAST) as usize;
-    let class = if count == 0 { 0 } else { (1 + octaves / 2).min(CLASSES - 1) };
-    ([0, 1, 2].map(|i| estimates[own][i] + ((error[i] * share) >> 8)), class)
+    if count == 0 { 0 } else { (1 + octaves / 2).min(CLASSES - 1) }
 }

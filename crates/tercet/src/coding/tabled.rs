@@ -5,9 +5,9 @@
 //! those at the [site](super::site) of the vertex are looked at, a coordinate has one expectation, and
 //! what it is off by is one symbol of sixteen and a few plain bits. Coordinates often repeat one nearby:
 //! the symbol that the nearest neighbour's would be, and that of the nearest parallelogram, each select an
-//! adaptive distribution, and the two are averaged.
+//! adaptive distribution, and the two are averaged. The neighbours are the corners of the site.
 
-use super::around::{Around, Known, PLACES};
+use super::around::{Around, Candidates, Known};
 use super::axes::{AxisOrder, KINDS, NORMAL, axes, kind, shift};
 use super::detail::DetailModels;
 use super::pass::{Pass, Roughness, plain};
@@ -21,7 +21,7 @@ use wide::i16x8;
 
 /// The models of positions; they live as long as the file.
 pub(crate) struct TableModels {
-    /// By kind of axis, number of neighbours coded before, distance of the neighbours, roughness.
+    /// By kind of axis and roughness.
     cells: Vec<ScaleCell>,
     /// By kind of axis, width and the symbol that the nearest neighbour's coordinate would be.
     by_neighbour: Vec<Frequencies>,
@@ -167,16 +167,18 @@ impl Frame {
         (value.clamp(-(COORDINATE_LIMIT as i64), COORDINATE_LIMIT as i64) as i32, coded)
     }
 
-    /// The least symbol that one of the coordinates would be that are so far `from` the middle.
+    /// The least symbols that one of the corners' and one of the parallelograms' coordinates would be, which are
+    /// so far `from` the middle.
     #[inline(always)]
-    fn least_symbol(self, from: i16x8) -> usize {
+    fn least_symbols(self, from: i16x8) -> [usize; 2] {
         let sign = i16x8::splat(-(self.mirrored as i16));
         // Beyond eight bits a unit is coarser than what is kept of the offsets.
         let unit = (((from ^ sign) - sign) + i16x8::splat(self.half.min(1 << 7) as i16)) >> self.plain.min(8);
         let beyond = NEAR as i16 + 1;
         let turned = (-unit).max(i16x8::splat(-beyond)).min(i16x8::splat(beyond));
-        let folded = (turned << 1_i32) ^ (turned >> 15_i32);
-        (folded.reduce_min() as usize).min(SYMBOLS - 1)
+        let folded = ((turned << 1_i32) ^ (turned >> 15_i32)).to_array();
+        let least = |k: usize| folded[k].min(folded[k + 1]).min(folded[k + 2]) as usize;
+        [least(0), least(Candidates::HALF)].map(|symbol| symbol.min(SYMBOLS - 1))
     }
 }
 
@@ -186,7 +188,7 @@ impl TableModels {
         let table: Vec<Frequencies> =
             (0..KINDS * WIDTHS * SYMBOLS).map(|i| start[i / SYMBOLS % WIDTHS]).collect();
         TableModels {
-            cells: vec![ScaleCell::default(); KINDS * PLACES * ROUGH],
+            cells: vec![ScaleCell::default(); KINDS * ROUGH],
             by_parallelogram: table.clone(),
             by_neighbour: table,
             escapes: vec![Counter::NEW; KINDS * LENGTHS],
@@ -226,7 +228,7 @@ impl TableModels {
                 AxisOrder::NormalLast => match Around::new(site, &known) {
                     None => plain(coder, pass, target),
                     Some(around) => {
-                        let (point, off) = self.vertex(coder, &around, pass.order, target);
+                        let (point, off) = self.vertex(coder, &around, target);
                         Roughness::spread(rough, v, off, &site.corners);
                         Roughness::spread(rough, v, off, &site.wings);
                         point
@@ -240,13 +242,8 @@ impl TableModels {
     }
 
     #[inline(always)]
-    fn vertex<C: Coder>(
-        &mut self,
-        coder: &mut C,
-        around: &Around,
-        order: AxisOrder,
-        target: Point,
-    ) -> (Point, Roughness) {
+    fn vertex<C: Coder>(&mut self, coder: &mut C, around: &Around, target: Point) -> (Point, Roughness) {
+        let order = AxisOrder::NormalLast;
         let axes = axes(around.normal, order);
         // Both are known before the first coordinate is.
         let widths = [false, true].map(|across| self.width(around, across));
@@ -259,9 +256,8 @@ impl TableModels {
             let place = centres[0][axis];
             let frame = Frame::new(place, width);
             let relative = frame.middle - around.origin[axis] as i64;
-            let [first, second] = [&around.neighbours, &around.parallelograms]
-                .map(|points| frame.least_symbol(points.from(axis, relative)));
-            let value = self.coordinate(coder, (kind, width.bin), [first, second], frame, target[axis]);
+            let symbols = frame.least_symbols(around.candidates.from(axis, relative));
+            let value = self.coordinate(coder, (kind, width.bin), symbols, frame, target[axis]);
             point[axis] = value;
             let off = ((value as i64) << FRACTION_BITS) - place;
             sizes[step] = off.unsigned_abs();
@@ -276,9 +272,8 @@ impl TableModels {
     fn width(&self, around: &Around, across: bool) -> (usize, Width) {
         let kind = kind(if across { 2 } else { 0 }, AxisOrder::NormalLast, around.at_boundary);
         let rough = around.rough.along(kind) as u64;
-        let cell = (kind * PLACES + around.place) * ROUGH + bin(rough + 8, 2, -9, ROUGH);
-        let prior = rough / 2 + (around.edge >> if kind == NORMAL { 6 } else { 4 }) + 40;
-        (cell, Width::new(self.cells[cell].mean(prior)))
+        let cell = kind * ROUGH + bin(rough + 8, 2, -9, ROUGH);
+        (cell, Width::new(self.cells[cell].mean(rough * 3 / 4 + 40)))
     }
 
     #[inline(always)]
