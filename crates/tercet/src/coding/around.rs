@@ -79,7 +79,7 @@ impl Around {
 /// An estimate, moved by a share of how far those nearby were off.
 pub(super) struct Correction {
     pub expected: Vector,
-    /// The sum of the |errors| of the wings' sum on the axes, and the number of wings that have one.
+    /// How large the sum of the wings' errors is, |x| + |y| + |z| in 1/256, and of how many wings it is.
     pub magnitude: u64,
     pub count: usize,
 }
