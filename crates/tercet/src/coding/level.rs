@@ -165,13 +165,13 @@ impl Levels {
         rough.resize(surface.vertices as usize, Roughness::START);
     }
 
-    /// The sites of the vertices from `first` on, which are placed, if they are coded by tables. They lie in the faces of
+    /// The sites of the vertices from `first` on, if they are coded by tables. They lie in the faces of
     /// a coarse surface that became the named ones, or do not.
     fn sites(&self, first: u32, order: AxisOrder, faces: Option<(&Surface, &[u32])>) -> Option<Vec<Site>> {
-        let (surface, positions) = (&self.surface, &self.field.positions);
+        let surface = &self.surface;
         Positions::tabled(self.effort, order).then(|| match faces {
-            Some((coarse, heirs)) => in_faces(coarse, heirs, surface, positions),
-            None => in_rings(surface, first, positions),
+            Some((coarse, heirs)) => in_faces(coarse, heirs, surface),
+            None => in_rings(surface, first),
         })
     }
 
