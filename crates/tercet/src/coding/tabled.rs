@@ -19,6 +19,7 @@ use crate::subdivide::FRACTION_BITS;
 use wide::i16x8;
 
 /// The models of positions; they live as long as the file.
+#[derive(Clone)]
 pub(crate) struct TableModels {
     /// By kind of axis, number of neighbours coded before, distance of the neighbours, roughness.
     cells: Vec<ScaleCell>,
@@ -40,20 +41,33 @@ const NEAR: i64 = 7;
 /// How far a pass has come.
 pub(crate) struct Walk {
     sites: Vec<Site>,
+    /// What there was to learn, if that is noted.
+    pub lessons: Option<Vec<Lesson>>,
+    /// Vertices of the pass before the first one.
+    before: usize,
     /// Vertices coded so far.
     cursor: usize,
 }
 
 impl Walk {
-    /// Of a pass over the vertices at `sites` that has not begun.
-    pub fn new(sites: Vec<Site>) -> Self {
-        Walk { sites, cursor: 0 }
+    /// Over the vertices at `sites`, `before` which a pass has so many others; it has not begun.
+    pub fn new(sites: Vec<Site>, before: usize) -> Self {
+        Walk { sites, lessons: None, before, cursor: 0 }
     }
 
     /// How many vertices are still to be visited.
     pub fn left(&self) -> usize {
         self.sites.len() - self.cursor
     }
+}
+
+/// What models learn of a coordinate: the cell and how large its error was, the distributions and their symbol.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Lesson {
+    size: u64,
+    cell: u32,
+    tables: [u32; 2],
+    symbol: u32,
 }
 
 /// How wide errors are: the bin of a mean magnitude, and how many of their low bits are plain.
@@ -168,7 +182,7 @@ impl TableModels {
         positions: &mut [Point],
         rough: &mut [Roughness],
     ) -> bool {
-        let Walk { sites, cursor } = walk;
+        let Walk { sites, lessons, before, cursor } = walk;
         while let Some(site) = sites.get(*cursor) {
             if coder.exhausted() {
                 // The caller refuses the level; what follows would only take time.
@@ -177,7 +191,7 @@ impl TableModels {
             if !coder.is_ready() {
                 return false;
             }
-            let i = *cursor;
+            let i = *before + *cursor;
             let v = pass.first + i as u32;
             let target = targets.get(i).copied().unwrap_or_default();
             let Pass { surface: Surface { virtuals, .. }, first, estimates, .. } = *pass;
@@ -185,7 +199,10 @@ impl TableModels {
             let point = match Around::new(site, &known) {
                 None => plain(coder, pass, target),
                 Some(around) => {
-                    let (point, off) = self.vertex(coder, &around, pass.order, target);
+                    let (point, off, learnt) = self.vertex(coder, &around, pass.order, target);
+                    if let Some(lessons) = lessons {
+                        lessons.extend(learnt);
+                    }
                     Roughness::spread(rough, v, off, &site.corners);
                     Roughness::spread(rough, v, off, &site.wings);
                     point
@@ -204,8 +221,9 @@ impl TableModels {
         around: &Around,
         order: AxisOrder,
         target: Point,
-    ) -> (Point, Roughness) {
+    ) -> (Point, Roughness, [Lesson; 3]) {
         let axes = axes(around.normal, order);
+        let mut lessons = [Lesson::default(); 3];
         // Both are known before the first coordinate is.
         let widths = [false, true].map(|across| self.width(around, across));
         let mut point = target;
@@ -225,14 +243,22 @@ impl TableModels {
             let relative = middle - around.origin[axis] as i64;
             let [first, second] = [&around.neighbours, &around.parallelograms]
                 .map(|points| frame.least_symbol(points.from(axis, relative)));
-            let value = self.coordinate(coder, (kind, width.bin), [first, second], frame, target[axis]);
+            let table = (kind * WIDTHS + width.bin) * SYMBOLS;
+            let tables = [table + first, table + second];
+            let (value, symbol) = self.coordinate(coder, kind, tables, frame, target[axis]);
             point[axis] = value;
             let off = ((value as i64) << FRACTION_BITS) - place;
             sizes[step] = off.unsigned_abs();
             self.cells[cell].learn(sizes[step]);
+            lessons[step] = Lesson {
+                cell: cell as u32,
+                tables: tables.map(|table| table as u32),
+                symbol: symbol as u32,
+                size: sizes[step],
+            };
             shift(&mut centres, [off], around.normal, axes, step, order);
         }
-        (point, Roughness::of(sizes, order))
+        (point, Roughness::of(sizes, order), lessons)
     }
 
     /// The cell of the coordinates in the surface or `across` it, and how wide their errors are.
@@ -249,15 +275,14 @@ impl TableModels {
     fn coordinate<C: Coder>(
         &mut self,
         coder: &mut C,
-        (kind, bin): (usize, usize),
-        [neighbour, parallelogram]: [usize; 2],
+        kind: usize,
+        [first, second]: [usize; 2],
         Frame { middle, mirrored, plain, half }: Frame,
         target: i32,
-    ) -> i32 {
+    ) -> (i32, usize) {
         let sign = if mirrored { -1 } else { 1 };
-        let table = (kind * WIDTHS + bin) * SYMBOLS;
-        let first = &mut self.by_neighbour[table + neighbour];
-        let second = &mut self.by_parallelogram[table + parallelogram];
+        let first = &mut self.by_neighbour[first];
+        let second = &mut self.by_parallelogram[second];
         let error = sign * (target as i64 - middle) + half;
         let low = error & ((1 << plain) - 1);
         let error = error >> plain;
@@ -268,7 +293,16 @@ impl TableModels {
         let error = if coded < SYMBOLS - 1 { unfold(coded) } else { self.escape(coder, kind, error) };
         let low = if plain > 0 { coder.raw_wide(low as u32, plain) as i64 } else { 0 };
         let value = middle + sign * ((error << plain) + low - half);
-        value.clamp(-(COORDINATE_LIMIT as i64), COORDINATE_LIMIT as i64) as i32
+        (value.clamp(-(COORDINATE_LIMIT as i64), COORDINATE_LIMIT as i64) as i32, coded)
+    }
+
+    /// Learns what others have learnt.
+    pub fn learn(&mut self, lessons: &[Lesson]) {
+        for &Lesson { cell, tables: [first, second], symbol, size } in lessons {
+            self.cells[cell as usize].learn(size);
+            self.by_neighbour[first as usize].learn(symbol as usize);
+            self.by_parallelogram[second as usize].learn(symbol as usize);
+        }
     }
 
     /// An error of more than [`NEAR`] units: its sign, the length of the rest, its bits.

@@ -151,21 +151,21 @@ fn read_table(fields: &mut Fields, outline: &mut Outline, mut offset: u64) -> Re
     let mut sections = Vec::new();
     for _ in 0..fields.u32("sections")? {
         let (entry, length, crc) = Entry::read(fields)?;
-        let part = match entry {
+        let (part, pieces) = match entry {
             Entry::Level(_) if !outline.supplements.is_empty() => {
                 return Err(Error::format("header", "section table: a level follows another section"));
             }
             Entry::Level(level) => {
                 outline.levels.push(level);
-                Part::Level(outline.levels.len() - 1)
+                (Part::Level(outline.levels.len() - 1), !level.grouped)
             }
             Entry::Supplement(supplement) => {
                 outline.supplements.push(supplement);
-                Part::Supplement(supplement)
+                (Part::Supplement(supplement), true)
             }
         };
-        let payload = piece::check_length(length, || part.to_string())?;
-        let section = Section { part, offset, length, payload, crc };
+        let payload = if pieces { piece::check_length(length, || part.to_string())? } else { length };
+        let section = Section { part, offset, length, payload, pieces, crc };
         offset = section.end();
         sections.push(section);
     }

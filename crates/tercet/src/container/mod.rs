@@ -7,6 +7,7 @@
 mod approximation;
 mod checksum;
 mod fields;
+mod groups;
 mod header;
 mod piece;
 mod precision;
@@ -21,6 +22,7 @@ mod tests;
 pub use approximation::Approximation;
 #[cfg(feature = "transport")]
 pub(crate) use checksum::checksum;
+pub(crate) use groups::{Groups, MOST_IN_GROUP, join as join_groups};
 pub(crate) use header::{Header, MOST_STREAMS, Outline};
 
 pub(crate) use reader::Reader;
