@@ -168,9 +168,9 @@ mod tests {
             Groups::read(&payload, length as u32).unwrap_err();
         }
         let mut tiny = join(&[(1, vec![])]);
-        tiny[0] -= 2;
+        tiny[..2].copy_from_slice(&510u16.to_le_bytes());
         let check = checksum(&tiny[..4]).to_le_bytes();
         tiny[4..8].copy_from_slice(&check);
-        Groups::read(&tiny, 8 + 510).unwrap_err();
+        Groups::read(&tiny[..518], 518).unwrap_err();
     }
 }
