@@ -297,7 +297,13 @@ impl Levels {
             return Some(encoded);
         }
         let (models, sites) = groups.give_up(&pass, &mut self.field);
-        (self.tables, *course) = (Some(models), Course::Tables(Walk::new(sites, 0)));
+        self.tables = Some(models);
+        let (first, order) = (pass.first, pass.order);
+        let course = match Positions::tabled(self.effort, order) {
+            true => Course::Tables(Walk::new(sites, 0)),
+            false => self.course(first, order, None),
+        };
+        self.open.as_mut()?.course = course;
         None
     }
 
