@@ -2,7 +2,6 @@
 
 use super::axes::AxisOrder;
 use super::base::code_base;
-use super::counted::CountedModels;
 use super::flip::FlipModels;
 use super::group::Groups;
 use super::model::number;
@@ -12,7 +11,6 @@ use super::predict::estimate;
 use super::region::{Field, Regions, regions};
 use super::relax::{ESTIMATE_BITS, precise, relax, rounded};
 use super::ring::{LATE, NEAR, Shares};
-use super::shape::Shapes;
 use super::site::{Site, in_faces, in_rings, lie_in_faces};
 use super::sketch::Sketch;
 use super::split::SplitModels;
@@ -21,8 +19,8 @@ use super::vector::{COORDINATE_LIMIT, Point, Vector};
 use crate::entropy::Coder;
 use crate::mesh::{NONE, Surface};
 use crate::subdivide::{
-    FRACTION_BITS, Refined, StepKind, Update, applies, flipped, predict_regular, refine, refine_regular,
-    round, unlift_positions,
+    FRACTION_BITS, Refined, StepKind, Update, applies, predict_regular, refine, refine_regular, round,
+    unlift_positions,
 };
 use crate::{Effort, Error, Limits, Result};
 use std::borrow::Cow;
@@ -31,8 +29,6 @@ use std::borrow::Cow;
 pub(crate) struct Levels {
     split: SplitModels,
     flip: FlipModels,
-    /// Both kinds of bits in the fast profile.
-    counted: Option<CountedModels>,
     /// Of each region, unless the pass is coded by tables.
     position: Vec<Positions>,
     tables: Option<TableModels>,
@@ -122,7 +118,6 @@ impl Levels {
         Levels {
             split: SplitModels::new(effort),
             flip: FlipModels::new(effort),
-            counted: None,
             position: Vec::new(),
             tables: None,
             effort,
@@ -359,7 +354,7 @@ impl Levels {
         coder: &mut C,
         kind: StepKind,
         mut split: Vec<bool>,
-        mut flip: Vec<bool>,
+        flip: Vec<bool>,
         vertices: u64,
     ) -> Result<Step> {
         let surface = &self.surface;
@@ -383,29 +378,13 @@ impl Levels {
             return Ok(Step { kind, refined, estimates });
         }
         split.resize(surface.faces() as usize, false);
-        if self.effort == Effort::Fast {
-            let models = self.counted.get_or_insert_with(CountedModels::new);
-            let sketch = Sketch::new(surface, &self.field.positions);
-            models.split(coder, surface, &sketch, &mut split);
-            announced(split.iter().filter(|&&s| s).count() as u64)?;
-            let normal = |v: u32| sketch.vertex[v as usize].normal;
-            let estimates = estimate(surface, &self.field.positions, normal, &split);
-            let flips = models.flip(coder, surface, &sketch, &split, &flip);
-            drop(sketch);
-            return Ok(Step { kind, refined: refine(surface, &split, &flips), estimates });
-        }
-        flip.resize(surface.vertex.len(), false);
-        let shapes = Shapes::new(surface, &self.field.positions);
-        self.split.code(coder, surface, &shapes, &self.field.positions, &mut split);
+        let sketch = Sketch::new(surface, &self.field.positions);
+        self.split.code(coder, surface, &sketch, &mut split);
         announced(split.iter().filter(|&&s| s).count() as u64)?;
-        let normal = |v: u32| shapes.vertex[v as usize].normal;
-        let estimates = estimate(surface, &self.field.positions, normal, &split);
-        self.field.positions.reserve_exact(estimates.len());
-        self.field.positions.extend(estimates.iter().map(|&e| round(e)));
-        self.flip.code(coder, surface, &shapes, &self.field.positions, &split, &mut flip);
-        self.field.positions.truncate(surface.vertices as usize);
-        drop(shapes);
-        Ok(Step { kind, refined: refine(surface, &split, &flipped(surface, &flip)), estimates })
+        let estimates = estimate(surface, &self.field.positions, &sketch, &split);
+        let flips = self.flip.code(coder, surface, &sketch, &split, &flip);
+        drop(sketch);
+        Ok(Step { kind, refined: refine(surface, &split, &flips), estimates })
     }
 
     /// The real vertices of the surface that `step` leads to, as they would lie without details: the

@@ -9,10 +9,7 @@ mod axes;
 mod base;
 #[cfg(feature = "max")]
 mod beyond;
-#[cfg(feature = "max")]
-mod births;
 mod coordinate;
-mod counted;
 #[cfg(feature = "max")]
 mod deviation;
 #[cfg(feature = "max")]

@@ -4,23 +4,25 @@
 //! corners would be (after Vlachos et al., "Curved PN triangles", 2001). Where one corner is
 //! virtual the new vertex lies on the boundary: the midpoint of the real edge.
 
+use super::sketch::Sketch;
 use super::vector::{Point, Vector};
 use crate::mesh::Surface;
 use crate::subdivide::FRACTION_BITS;
 
-/// The estimate for each split face, in face order, with the unit normal at each vertex in 1/2¹⁴; time O(n).
+/// The estimate for each split face, in face order; time O(n).
 pub(crate) fn estimate(
     surface: &Surface,
     positions: &[Point],
-    normal: impl Fn(u32) -> [i16; 3],
+    sketch: &Sketch,
     split: &[bool],
 ) -> Vec<Vector> {
+    let normal = |v: u32| sketch.vertex[v as usize].normal;
     let mut estimates = Vec::with_capacity(split.iter().filter(|&&s| s).count());
     for f in (0..surface.faces()).filter(|&f| split[f as usize]) {
         let t = surface.face(f);
         estimates.push(match t.iter().position(|&v| surface.is_virtual(v)) {
             Some(k) => midpoint(surface, positions, t[(k + 1) % 3], t[(k + 2) % 3]),
-            None => raised(t.map(|v| positions[v as usize]), t.map(&normal)),
+            None => raised(t.map(|v| positions[v as usize]), t.map(normal)),
         });
     }
     estimates

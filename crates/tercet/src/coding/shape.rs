@@ -6,7 +6,6 @@
 
 use super::vector::{Point, Vector, cross, dot, shrink, sub};
 use crate::entropy::log2_fixed;
-use crate::mesh::Surface;
 
 /// In place of the area of a virtual face.
 pub(crate) const VIRTUAL: i16 = i16::MIN;
@@ -18,17 +17,6 @@ pub(crate) struct FaceShape {
     pub area: i16,
     /// 1 / double the area.
     pub inverse: Inverse,
-}
-
-/// What the faces around a vertex have in common; 12 bytes.
-#[derive(Clone, Copy)]
-pub(crate) struct VertexShape {
-    /// Unit normal in 1/2¹⁴, weighted by area.
-    pub normal: [i16; 3],
-    /// Mean of the real faces' `area`.
-    pub area: i16,
-    /// Number of faces, virtual ones included.
-    pub valence: u32,
 }
 
 /// The reciprocal of a length: `mantissa` / 2^`exponent`.
@@ -63,14 +51,6 @@ impl Inverse {
             exponent: (18 + shift / 2 + shrunk as i32) as u8,
         };
         (inverse, log2_fixed(square, 5) / 2 + 32 * shrunk as i32)
-    }
-
-    /// `x` (below 2⁶¹) over three times the length if `third`, else over the length, in 1/256;
-    /// saturates beyond ±256.
-    #[inline(always)]
-    pub fn ratio(self, x: i64, third: bool) -> i32 {
-        let quotient = self.times(x, 8) * if third { 3 } else { 1 };
-        quotient.clamp(-(1 << 16), 1 << 16) as i32
     }
 
     /// Half of each of the `squares` (below 2⁶¹) over the length, in 1/256, at most `most`.
@@ -111,67 +91,11 @@ pub(super) fn direction(a: Vector) -> [i16; 3] {
     }
 }
 
-/// The faces and vertices of a level.
-pub(crate) struct Shapes {
-    pub face: Vec<FaceShape>,
-    pub vertex: Vec<VertexShape>,
-}
-
-/// Sums over the faces at a vertex.
-#[derive(Clone, Copy, Default)]
-struct Sum {
-    normal: Vector,
-    area: i32,
-    real: u32,
-    valence: u32,
-}
-
-impl Shapes {
-    /// Looks at every face of `surface` once; time O(n).
-    pub fn new(surface: &Surface, positions: &[Point]) -> Self {
-        let mut sums = vec![Sum::default(); surface.vertices as usize];
-        let mut face = Vec::with_capacity(surface.faces() as usize);
-        for t in surface.vertex.chunks_exact(3) {
-            let t = [t[0], t[1], t[2]];
-            if t.iter().any(|&v| surface.is_virtual(v)) {
-                face.push(FaceShape { area: VIRTUAL, inverse: Inverse::default() });
-                t.iter().for_each(|&v| sums[v as usize].valence += 1);
-                continue;
-            }
-            let (shape, normal) = FaceShape::new(t.map(|v| positions[v as usize]));
-            for v in t {
-                let sum = &mut sums[v as usize];
-                // A fan would need thousands of the largest faces to leave 64 bits.
-                sum.normal = [0, 1, 2].map(|k| sum.normal[k].wrapping_add(normal[k]));
-                sum.area = sum.area.wrapping_add(shape.area as i32);
-                sum.real += 1;
-                sum.valence += 1;
-            }
-            face.push(shape);
-        }
-        Shapes { face, vertex: sums.into_iter().map(Sum::shape).collect() }
-    }
-}
-
 impl FaceShape {
     #[inline(always)]
     pub fn new(p: [Point; 3]) -> (Self, Vector) {
         let normal = cross(sub(p[1], p[0]), sub(p[2], p[0]));
         let (inverse, area) = Inverse::of_length(normal);
         (FaceShape { area: area as i16, inverse }, normal)
-    }
-
-    pub fn is_virtual(self) -> bool {
-        self.area == VIRTUAL
-    }
-}
-
-impl Sum {
-    fn shape(self) -> VertexShape {
-        VertexShape {
-            normal: direction(self.normal),
-            area: (self.area / self.real.max(1) as i32) as i16,
-            valence: self.valence,
-        }
     }
 }

@@ -1,4 +1,5 @@
-//! What the faces of a coarse surface look like to the fast profile.
+//! What the faces of a coarse surface look like, in one pass: what split bits, estimates and flip bits know
+//! of the geometry.
 //!
 //! The cotangent of the angle that faces an edge is a difference of squared lengths over the area, so
 //! that those of both halves of an edge, before a face is split and after, follow from one number a corner.
@@ -20,13 +21,15 @@ pub(crate) struct Sketch {
     pub vertex: Vec<VertexSketch>,
 }
 
-/// What the faces around a vertex have in common; 8 bytes.
+/// What the faces around a vertex have in common; 10 bytes.
 #[derive(Clone, Copy)]
 pub(crate) struct VertexSketch {
     /// Unit normal in 1/2¹⁴, weighted by area.
     pub normal: [i16; 3],
     /// Mean of the real faces' `area`.
     pub area: i16,
+    /// Number of faces, virtual ones included, at most 2¹⁶ − 1.
+    pub valence: u16,
 }
 
 /// Sums over the faces at a vertex.
@@ -34,7 +37,9 @@ pub(crate) struct VertexSketch {
 struct Sum {
     normal: Vector,
     area: u32,
-    count: u32,
+    /// How many are real, and how many virtual.
+    real: u32,
+    hidden: u32,
 }
 
 impl Sketch {
@@ -47,6 +52,7 @@ impl Sketch {
             let t = [t[0], t[1], t[2]];
             if t.iter().any(|&v| surface.is_virtual(v)) {
                 area.push(VIRTUAL);
+                t.iter().for_each(|&v| sums[v as usize].hidden += 1);
                 ratio.push(t.map(|v| if surface.is_virtual(v) { MOST_RATIO } else { 0 }));
                 continue;
             }
@@ -57,7 +63,7 @@ impl Sketch {
                 // A fan would need thousands of the largest faces to leave 64 bits.
                 sum.normal = [0, 1, 2].map(|k| sum.normal[k].wrapping_add(normal[k]));
                 sum.area = sum.area.wrapping_add(shape.area as u32);
-                sum.count += 1;
+                sum.real += 1;
             }
             area.push(shape.area);
             let edges = [0, 1, 2].map(|k| sub(p[(k + 1) % 3], p[(k + 2) % 3]));
@@ -69,6 +75,10 @@ impl Sketch {
 
 impl Sum {
     fn sketch(self) -> VertexSketch {
-        VertexSketch { normal: direction(self.normal), area: (self.area / self.count.max(1)) as i16 }
+        VertexSketch {
+            normal: direction(self.normal),
+            area: (self.area / self.real.max(1)) as i16,
+            valence: (self.real + self.hidden).min(u16::MAX.into()) as u16,
+        }
     }
 }

@@ -2,135 +2,87 @@
 //!
 //! Faces are coded in index order. A face tends to split where it is large: a split face stands
 //! for three fine ones. What its neighbours did and which valences would result tell the rest.
+//! Profiles differ in how many opinions they hear.
 
+use super::model::{BitModel, LIMIT};
 #[cfg(feature = "max")]
-use super::births::Births;
-use super::model::BitModel;
-#[cfg(feature = "max")]
-use super::panel::Panel;
-use super::shape::{Shapes, VIRTUAL};
-use super::vector::{Point, dot, sub};
+use super::panel::SplitPanel;
+use super::shape::VIRTUAL;
+use super::sketch::Sketch;
 use crate::Effort;
-use crate::entropy::{Coder, log2_fixed};
+use crate::entropy::{Coder, Counter, log2_fixed};
 use crate::mesh::Surface;
 
 /// The models of split bits; they live as long as the file.
 pub(crate) enum SplitModels {
-    Mixed(BitModel<6>),
-    /// More contexts, for size.
+    /// One opinion.
+    Counted(Vec<Counter>),
+    Mixed(BitModel<4>),
+    /// More of them, for size.
     #[cfg(feature = "max")]
     Panel(Box<SplitPanel>),
 }
 
-/// A vertex: what it looks like and what has been decided about the faces at it; 8 bytes.
-#[derive(Clone, Copy)]
-struct Corner {
-    area: i16,
-    /// Number of faces, split ones and unsplit ones so far, each at most 255.
-    valence: u8,
-    split: u8,
-    unsplit: u8,
+/// What is decided of the faces of a surface.
+struct Course<'a> {
+    sketch: &'a Sketch,
+    /// Of each face 0 until it is decided, then 4 if it is split and 1 if not.
+    outcomes: Vec<u8>,
+    /// Of each vertex the [`Counts`] of the faces at it.
+    counts: Vec<Counts>,
+    threshold: Threshold,
 }
 
-/// Running mean of the areas of the faces that were coded alike, in 1/2¹³ octaves.
+/// How many of some faces are split and, in the upper half, how many are not.
 #[derive(Clone, Copy, Default)]
-struct Mean {
-    value: i32,
-    count: u32,
-}
+struct Counts(u64);
 
-impl Mean {
-    /// After this many values old ones fade.
-    const LIMIT: u32 = 1 << 10;
-
-    fn learn(&mut self, area: i16) {
-        self.count = (self.count + 1).min(Self::LIMIT);
-        self.value += (((area as i32) << 8) - self.value) / self.count as i32;
-    }
+/// A face that is asked about.
+pub(super) struct Face<'a> {
+    course: &'a Course<'a>,
+    index: usize,
+    pub corners: [u32; 3],
+    /// The corners' opposites.
+    opposites: [u32; 3],
+    area: i16,
+    /// 4 for each face across an edge that is split, 1 for each that is not.
+    pub neighbours: usize,
+    /// Of the faces at the three corners; one at two of them counts twice.
+    around: Counts,
+    /// Bin of the area against that of the faces at the corners; 0 for a virtual face alone.
+    pub local: usize,
 }
 
 impl SplitModels {
     pub fn new(effort: Effort) -> Self {
         match effort {
+            Effort::Fast => SplitModels::Counted(vec![Counter::NEW; Face::SIZES]),
             #[cfg(feature = "max")]
-            Effort::Max => SplitModels::Panel(Box::new(SplitPanel::new())),
-            _ => SplitModels::Mixed(BitModel::new([640, 1024, 640, 3584, 1120, 5760], 32, 260)),
+            Effort::Max => SplitModels::Panel(Box::default()),
+            _ => SplitModels::Mixed(BitModel::new(Face::MIXED_SIZES, Face::SETS, 260)),
         }
     }
 
     /// Codes `split`, one entry a face of `surface`; time O(n).
-    pub fn code<C: Coder>(
-        &mut self,
-        coder: &mut C,
-        surface: &Surface,
-        shapes: &Shapes,
-        positions: &[Point],
-        split: &mut [bool],
-    ) {
-        let corner = |v: &super::shape::VertexShape| Corner {
-            area: v.area,
-            valence: v.valence.min(255) as u8,
-            split: 0,
-            unsplit: 0,
-        };
-        let mut corners: Vec<Corner> = shapes.vertex.iter().map(corner).collect();
-        let mut means = [Mean::default(); 2];
-        for f in 0..surface.faces() {
-            let face = surface.face(f);
-            let shape = shapes.face[f as usize];
-            let around = face.map(|v| corners[v as usize]);
-            let across = [0, 1, 2].map(|k| surface.across(3 * f + k) / 3);
-            let mut neighbours = 0;
-            for g in across {
-                neighbours += if g < f { 1 + 3 * split[g as usize] as usize } else { 0 };
-            }
-            let area = shape.area as i32;
-            let [local, size] = if shape.is_virtual() {
-                [0, 0]
-            } else {
-                let mean = around.iter().map(|c| c.area as i32).sum::<i32>() / 3;
-                let threshold = match means {
-                    [a, b] if a.count > 0 && b.count > 0 => (a.value + b.value) >> 9,
-                    _ => area,
-                };
-                [bin(area - mean, 4, 20), bin(area - threshold, 3, 16)]
-            };
-            let flag = shape.is_virtual() as usize;
-            let known = split[f as usize];
-            let contexts = || {
-                let [beside, aspect] = match shape.is_virtual() {
-                    true => [0, 0],
-                    false => [
-                        beside(area, across.map(|g| shapes.face[g as usize].area)),
-                        aspect(face.map(|v| positions[v as usize])),
-                    ],
-                };
-                [
-                    (local * 16 + neighbours) * 2 + flag,
-                    valence_triple(&around) * 2 + flag,
-                    (local * 16 + size) * 2 + flag,
-                    incidences(&around) * 2 + flag,
-                    (local * 8 + beside) * 7 + aspect,
-                    tightest(&around) * 16 + neighbours,
-                ]
-            };
-            let bit = match self {
-                SplitModels::Mixed(bits) => bits.code(coder, known, neighbours * 2 + flag, contexts()),
-                #[cfg(feature = "max")]
-                SplitModels::Panel(panel) => {
-                    let bins = [local, size, neighbours, flag];
-                    panel.code(coder, known, contexts(), face, &around, bins)
+    pub fn code<C: Coder>(&mut self, coder: &mut C, surface: &Surface, sketch: &Sketch, split: &mut [bool]) {
+        let mut course = Course::new(surface, sketch);
+        let faces = surface.vertex.chunks_exact(3).zip(surface.opposite.chunks_exact(3));
+        for (index, ((corners, opposites), bit)) in faces.zip(split).enumerate() {
+            let corners = [corners[0], corners[1], corners[2]];
+            let opposites = [opposites[0], opposites[1], opposites[2]];
+            let face = course.look(index, corners, opposites);
+            *bit = match self {
+                SplitModels::Counted(counters) => {
+                    let counter = &mut counters[face.context()];
+                    let bit = coder.bit(*bit, counter.p());
+                    counter.learn(bit, LIMIT);
+                    bit
                 }
+                SplitModels::Mixed(bits) => bits.code(coder, *bit, face.set(), face.contexts()),
+                #[cfg(feature = "max")]
+                SplitModels::Panel(panel) => panel.code(coder, *bit, &face),
             };
-            split[f as usize] = bit;
-            if !shape.is_virtual() {
-                means[bit as usize].learn(shape.area);
-            }
-            for v in face {
-                let c = &mut corners[v as usize];
-                let count = if bit { &mut c.split } else { &mut c.unsplit };
-                *count = count.saturating_add(1);
-            }
+            course.note(index, corners, *bit);
         }
         #[cfg(feature = "max")]
         if let SplitModels::Panel(panel) = self {
@@ -139,134 +91,235 @@ impl SplitModels {
     }
 }
 
-/// The contexts of the mixed model and five more.
-#[cfg(feature = "max")]
-pub(crate) struct SplitPanel {
-    bits: Panel<11, 5>,
-    births: Births,
-}
-
-/// Sorted triples of ages, as digits.
-#[cfg(feature = "max")]
-const AGES: usize = Births::AGES.pow(3);
-
-#[cfg(feature = "max")]
-impl SplitPanel {
-    fn new() -> Self {
-        let sizes = [640, 1024, 640, 3584, 1120, 5760, 512, PAIRS * PAIRS, AGES * 16, AGES * 512, 20 * AGES];
-        SplitPanel { bits: Panel::new(sizes, [32, AGES, 60, 16, 1]), births: Births::default() }
-    }
-
-    fn code<C: Coder>(
-        &mut self,
-        coder: &mut C,
-        bit: bool,
-        mixed: [usize; 6],
-        face: [u32; 3],
-        around: &[Corner; 3],
-        [local, size, neighbours, flag]: [usize; 4],
-    ) -> bool {
-        let mut ages = face.map(|v| self.births.age(v));
-        ages.sort_unstable();
-        let ages = ages.into_iter().fold(0, |digits, age| digits * Births::AGES + age);
-        let [a, b, c, d, e, f] = mixed;
-        let contexts = [
-            a,
-            b,
-            c,
-            d,
-            e,
-            f,
-            (size * 16 + neighbours) * 2 + flag,
-            two_tightest(around),
-            ages * 16 + neighbours,
-            ages * 512 + valence_triple(around),
-            local * AGES + ages,
-        ];
-        let sets = [neighbours * 2 + flag, ages, local * 3 + share(around), size, 0];
-        self.bits.code(coder, bit, sets, contexts)
-    }
-}
-
-/// `bins` bins of a logarithm in 1/32, `per_octave` of them an octave, zero in the middle.
-#[inline(always)]
-fn bin(log: i32, per_octave: i32, bins: i32) -> usize {
-    (((log * per_octave) >> 5) + bins / 2).clamp(0, bins - 1) as usize
-}
-
-/// How a real face's area compares with those of the faces `beside` it, in bins.
-#[inline(always)]
-fn beside(area: i32, beside: [i16; 3]) -> usize {
-    let (mut sum, mut count) = (0, 0);
-    for other in beside {
-        if other != VIRTUAL {
-            sum += other as i32;
-            count += 1;
+impl<'a> Course<'a> {
+    fn new(surface: &'a Surface, sketch: &'a Sketch) -> Self {
+        Course {
+            sketch,
+            outcomes: vec![0; surface.faces() as usize],
+            counts: vec![Counts::default(); surface.vertices as usize],
+            threshold: Threshold::default(),
         }
     }
-    // The quotient by 3, 2 or 1, multiplied by its reciprocal in 1/2¹⁶.
-    let mean = (sum * [0, 1 << 16, 1 << 15, 21846][count]) >> 16;
-    bin(if count > 0 { area - mean } else { 0 }, 3, 8)
-}
 
-/// The longest edge over the shortest, logarithm in 2/3 octaves, at most 6.
-#[inline(always)]
-fn aspect(p: [Point; 3]) -> usize {
-    let [a, b, c] = [sub(p[1], p[0]), sub(p[2], p[1]), sub(p[2], p[0])].map(|e| dot(e, e) as u64 + 1);
-    let ratio = log2_fixed(a.max(b).max(c), 5) - log2_fixed(a.min(b).min(c), 5);
-    ((ratio * 3) >> 6).min(6) as usize
-}
-
-/// Decided faces at the three corners, and how many corners saw only splits or nothing yet.
-#[inline(always)]
-fn incidences(around: &[Corner; 3]) -> usize {
-    let (mut ones, mut zeros, mut lone) = (0, 0, 0);
-    for c in around {
-        ones += c.split as usize;
-        zeros += c.unsplit as usize;
-        lone += if c.unsplit > 0 { 0 } else { 1 + (c.split > 0) as usize };
+    #[inline(always)]
+    fn look(&self, index: usize, corners: [u32; 3], opposites: [u32; 3]) -> Face<'_> {
+        let area = self.sketch.area[index];
+        let local = if area == VIRTUAL {
+            0
+        } else {
+            let mean = corners.map(|v| self.sketch.vertex[v as usize].area as i32).iter().sum::<i32>() / 3;
+            (((area as i32 - mean) >> 3) + 8).clamp(1, 15) as usize
+        };
+        Face {
+            course: self,
+            index,
+            corners,
+            opposites,
+            area,
+            neighbours: opposites.map(|o| self.outcomes[(o / 3) as usize]).iter().sum::<u8>().into(),
+            around: corners.iter().fold(Counts(0), |sum, &v| sum.plus(self.counts[v as usize])),
+            local,
+        }
     }
-    (ones.min(15) * 16 + zeros.min(15)) * 7 + lone
+
+    #[inline(always)]
+    fn note(&mut self, index: usize, corners: [u32; 3], split: bool) {
+        self.outcomes[index] = if split { 4 } else { 1 };
+        let area = self.sketch.area[index];
+        if area != VIRTUAL {
+            self.threshold.learn(area, split);
+        }
+        for v in corners {
+            let counts = &mut self.counts[v as usize];
+            *counts = counts.plus(if split { Counts(1) } else { Counts(1 << 32) });
+        }
+    }
 }
 
-/// How many of the decided faces at the three corners are split: less than a third, a half, more.
+impl Counts {
+    #[inline(always)]
+    fn plus(self, other: Counts) -> Counts {
+        Counts(self.0.wrapping_add(other.0))
+    }
+
+    #[inline(always)]
+    fn split(self) -> u32 {
+        self.0 as u32
+    }
+
+    #[inline(always)]
+    fn unsplit(self) -> u32 {
+        (self.0 >> 32) as u32
+    }
+
+    /// How many are split: less than a third, a half, more.
+    #[inline(always)]
+    fn share(self) -> usize {
+        let (split, unsplit) = (self.split() as u64, self.unsplit() as u64);
+        (3 * split >= unsplit) as usize + (2 * split >= unsplit) as usize
+    }
+}
+
+impl Face<'_> {
+    /// Values of [`context`](Face::context), of all [`contexts`](Face::contexts), and of [`set`](Face::set).
+    const SIZES: usize = 16 * 16 * 3 * 2;
+    pub const MIXED_SIZES: [usize; 4] = [Face::SIZES, 1024, 360 * 16, 16 * 8 * 7];
+    pub const SETS: usize = 32;
+
+    pub fn is_virtual(&self) -> bool {
+        self.area == VIRTUAL
+    }
+
+    /// The one opinion of the fast profile.
+    #[inline(always)]
+    fn context(&self) -> usize {
+        let large = !self.is_virtual() && self.beyond_threshold() >= Threshold::MARGIN;
+        ((self.neighbours * 16 + self.local) * 3 + self.around.share()) * 2 + large as usize
+    }
+
+    #[inline(always)]
+    pub fn set(&self) -> usize {
+        self.neighbours * 2 + self.is_virtual() as usize
+    }
+
+    #[inline(always)]
+    pub fn contexts(&self) -> [usize; 4] {
+        let shape = match self.is_virtual() {
+            true => 0,
+            false => (self.local * 8 + self.beside()) * 7 + self.aspect(),
+        };
+        [
+            self.context(),
+            self.valences() * 2 + self.is_virtual() as usize,
+            self.tightest() * 16 + self.neighbours,
+            shape,
+        ]
+    }
+
+    /// How much larger it is than what lies between the areas of split and unsplit faces, in 1/32 octaves.
+    #[inline(always)]
+    fn beyond_threshold(&self) -> i32 {
+        self.course.threshold.below(self.area)
+    }
+
+    /// How a real face's area compares with the mean of those across its edges, three bins an octave.
+    #[inline(always)]
+    fn beside(&self) -> usize {
+        let (mut sum, mut count) = (0, 0);
+        for o in self.opposites {
+            let area = self.course.sketch.area[(o / 3) as usize];
+            if area != VIRTUAL {
+                sum += area as i32;
+                count += 1;
+            }
+        }
+        // The quotient by 3, 2 or 1, multiplied by its reciprocal in 1/2¹⁶.
+        let mean = (sum * [0, 1 << 16, 1 << 15, 21_846][count]) >> 16;
+        let larger = if count > 0 { self.area as i32 - mean } else { 0 };
+        (((larger * 3) >> 5) + 4).clamp(0, 7) as usize
+    }
+
+    /// The longest edge over the shortest, logarithm in 2/3 octaves, at most 6.
+    #[inline(always)]
+    fn aspect(&self) -> usize {
+        let [a, b, c] = self.course.sketch.ratio[self.index].map(|square| square.max(1) as u64);
+        let ratio = log2_fixed(a.max(b).max(c), 5) - log2_fixed(a.min(b).min(c), 5);
+        ((ratio * 3) >> 6).min(6) as usize
+    }
+
+    /// The valences of the corners, sorted, each in 3..=10, as digits.
+    #[inline(always)]
+    pub fn valences(&self) -> usize {
+        let [a, b, c] = self.corners.map(|v| self.valence(v).clamp(3, 10) as usize - 3);
+        let (low, high) = (a.min(b), a.max(b));
+        (low.min(c) * 8 + high.min(c).max(low)) * 8 + high.max(c)
+    }
+
+    #[inline(always)]
+    fn valence(&self, v: u32) -> u32 {
+        self.course.sketch.vertex[v as usize].valence as u32
+    }
+
+    /// Of a corner its valence, how many faces at it are split, and how many undecided.
+    #[inline(always)]
+    pub fn corner(&self, v: u32) -> [u32; 3] {
+        let counts = self.course.counts[v as usize];
+        let (valence, split) = (self.valence(v), counts.split());
+        [valence, split, valence.saturating_sub(split.saturating_add(counts.unsplit()))]
+    }
+
+    /// The corner with the fewest undecided faces: its valence, splits so far and undecided faces.
+    #[inline(always)]
+    fn tightest(&self) -> usize {
+        let [a, b, c] = self.corners.map(|v| {
+            let [valence, split, undecided] = self.corner(v);
+            let key = (valence.min(11) * 6 + split.min(5)) * 5 + undecided.min(4);
+            undecided << 16 | key
+        });
+        (a.min(b).min(c) & 0xffff) as usize
+    }
+}
+
 #[cfg(feature = "max")]
-fn share(around: &[Corner; 3]) -> usize {
-    let split: usize = around.iter().map(|c| c.split as usize).sum();
-    let unsplit: usize = around.iter().map(|c| c.unsplit as usize).sum();
-    (3 * split >= unsplit) as usize + (2 * split >= unsplit) as usize
+impl Face<'_> {
+    /// How many of the decided faces around are split: less than a third, a half, more.
+    pub fn share(&self) -> usize {
+        self.around.share()
+    }
+
+    /// Decided faces at the corners, and how many corners saw only splits or nothing yet.
+    pub fn incidences(&self) -> usize {
+        let lone = self.corners.map(|v| match self.course.counts[v as usize] {
+            counts if counts.unsplit() > 0 => 0,
+            counts => 1 + (counts.split() > 0) as usize,
+        });
+        let [ones, zeros] = [self.around.split(), self.around.unsplit()].map(|n| n.min(15) as usize);
+        (ones * 16 + zeros) * 7 + lone.iter().sum::<usize>()
+    }
+
+    /// The area against what lies between those of split and unsplit faces, three of 16 bins an octave.
+    pub fn size(&self) -> usize {
+        if self.is_virtual() { 0 } else { (((self.beyond_threshold() * 3) >> 5) + 8).clamp(0, 15) as usize }
+    }
 }
 
-/// The three valences, sorted, each in 3..=10, as digits.
-#[inline(always)]
-fn valence_triple(around: &[Corner; 3]) -> usize {
-    let [a, b, c] = around.map(|c| c.valence.clamp(3, 10) as usize - 3);
-    let (low, high) = (a.min(b), a.max(b));
-    (low.min(c) * 8 + high.min(c).max(low)) * 8 + high.max(c)
+/// What lies between the areas of the faces that were split and of those that were not.
+#[derive(Default)]
+struct Threshold {
+    /// Running means of the areas, in 1/2²¹ octaves, and how many there were, of faces unsplit and split.
+    means: [(i32, u32); 2],
 }
 
-/// The corner with the fewest undecided faces: its valence, splits so far and undecided faces.
-#[inline(always)]
-fn tightest(around: &[Corner; 3]) -> usize {
-    let [a, b, c] = around.map(|c| {
-        let undecided = c.valence.saturating_sub(c.split.saturating_add(c.unsplit)) as u32;
-        let key = (c.valence.min(11) as u32 * 6 + c.split.min(5) as u32) * 5 + undecided.min(4);
-        undecided << 16 | key
-    });
-    (a.min(b).min(c) & 0xffff) as usize
+impl Threshold {
+    /// Larger faces by this many 1/32 octaves are large.
+    const MARGIN: i32 = 11;
+    /// A new area counts for 2⁻¹⁰ at least.
+    const LIMIT: u32 = 1 << 10;
+
+    /// How far it lies below an area, in 1/32 octaves.
+    #[inline(always)]
+    fn below(&self, area: i16) -> i32 {
+        let [(a, some), (b, others)] = self.means;
+        // Without both kinds there is no threshold.
+        let both = (some.min(others) > 0) as i32;
+        (area as i32 - ((a + b) >> 17)) * both
+    }
+
+    #[inline(always)]
+    fn learn(&mut self, area: i16, split: bool) {
+        let (mean, count) = &mut self.means[split as usize];
+        *count = (*count + 1).min(Self::LIMIT);
+        *mean += (((area as i32) << 16) - *mean) >> count.ilog2();
+    }
 }
 
-/// Values of one corner of [`two_tightest`].
-#[cfg(feature = "max")]
-const PAIRS: usize = 128;
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-/// The two corners with the fewest undecided faces, each by their number, its valence and splits so far.
-#[cfg(feature = "max")]
-fn two_tightest(around: &[Corner; 3]) -> usize {
-    let mut keys = around.map(|c| {
-        let undecided = c.valence.saturating_sub(c.split.saturating_add(c.unsplit)) as usize;
-        (undecided.min(3) * 8 + c.valence.clamp(3, 10) as usize - 3) * 4 + c.split.min(3) as usize
-    });
-    keys.sort_unstable();
-    keys[0] * PAIRS + keys[1]
+    #[test]
+    fn shares_split_at_a_third_and_a_half() {
+        let around = |split: u64, unsplit: u64| Counts(split | unsplit << 32).share();
+        assert_eq!([around(0, 1), around(1, 3), around(1, 2), around(0, 0)], [0, 1, 2, 2]);
+    }
 }

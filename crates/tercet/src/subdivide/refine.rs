@@ -69,6 +69,7 @@ pub(crate) fn refine(coarse: &Surface, split: &[bool], flips: &[u32]) -> Refined
 
 /// The corners before their opposites whose edges are flipped, of `flip` with one entry a corner, equal on both
 /// sides of an edge.
+#[cfg(test)]
 pub(crate) fn flipped(coarse: &Surface, flip: &[bool]) -> Vec<u32> {
     (0..).zip(flip).filter(|&(c, &flip)| flip && c < coarse.across(c)).map(|(c, _)| c).collect()
 }

@@ -1,7 +1,16 @@
-//! A binary decision under many contexts, weighed in several situations at once.
+//! What the `max` profile asks of connectivity: a binary decision under many contexts, weighed in several
+//! situations at once.
+
+mod births;
+mod flip;
+mod split;
 
 use super::model::LIMIT;
 use crate::entropy::{Coder, Counter, Mixer, Opinions, error, squash};
+
+use births::Births;
+pub(super) use flip::FlipPanel;
+pub(super) use split::SplitPanel;
 
 /// Opinions of a panel, in vectors of eight.
 const VECTORS: usize = 2;
