@@ -4,7 +4,8 @@ use crate::coding::payload::Opening;
 use crate::coding::supplement::{self, Supplements};
 use crate::coding::{Levels, Point};
 use crate::container::{
-    self, Approximation, Groups, Header, LevelEntry, LevelKind, Outline, Part, Reader, Supplement, UpdateRule,
+    self, Approximation, GROUPS, Groups, Header, LevelEntry, LevelKind, Outline, Part, Reader, Supplement,
+    UpdateRule,
 };
 use crate::entropy::{self, Coder, Cursor};
 use crate::mesh::Mesh;
@@ -335,7 +336,7 @@ impl Decoder {
         let (Some(incoming), Some(begun)) = (self.reader.incoming(), &mut self.begun) else {
             return Ok(false);
         };
-        if let Some(groups) = &begun.groups {
+        if GROUPS && let Some(groups) = &begun.groups {
             while let Some(group) = self.levels.next_group() {
                 // Another one may be there: it has its turn when the section is there as a whole, or is refused.
                 let Some(bytes) = groups.stream(group, incoming.bytes, 0) else { break };
@@ -364,7 +365,7 @@ impl Decoder {
     fn begin(&mut self, part: Part) -> Result<Option<Begun>> {
         let Some(incoming) = self.reader.incoming() else { return Ok(None) };
         let (bytes, length) = (incoming.bytes, incoming.length);
-        let groups = match self.is_grouped(part)? {
+        let groups = match GROUPS && self.is_grouped(part)? {
             false => None,
             true => match Groups::read(bytes, length)? {
                 None => return Ok(None),
@@ -411,7 +412,8 @@ impl Decoder {
                 match entry.kind {
                     LevelKind::Late => self.levels.late_step(step),
                     _ => {
-                        let groups = groups.as_ref().map(|groups| groups.vertices.as_slice());
+                        let groups =
+                            groups.as_ref().filter(|_| GROUPS).map(|groups| groups.vertices.as_slice());
                         self.levels.begin_step(step, rule(&entry), groups)?;
                     }
                 }
@@ -522,3 +524,6 @@ pub fn decode(bytes: &[u8], limits: &Limits) -> Result<Mesh> {
     decoder.finish()?;
     decoder.mesh(restored)
 }
+
+#[cfg(test)]
+mod tests;

@@ -15,6 +15,9 @@ use crate::entropy::{Coder, Encoder};
 use crate::subdivide::round;
 use std::ops::Range;
 
+/// Whether this build knows them.
+pub(crate) const KNOWN: bool = cfg!(feature = "groups");
+
 /// A level of fewer groups is coded in one piece: each of the first levels has much to learn, which groups do not tell
 /// one another.
 const FEWEST: usize = 4;

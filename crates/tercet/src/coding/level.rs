@@ -3,7 +3,7 @@
 use super::axes::AxisOrder;
 use super::base::code_base;
 use super::flip::FlipModels;
-use super::group::Groups;
+use super::group::{self, Groups};
 use super::model::number;
 use super::pass::{ANYWHERE, Pass, Roughness};
 use super::positions::Positions;
@@ -251,7 +251,9 @@ impl Levels {
     /// Ends the pass, all of whose vertices are coded.
     fn end(&mut self) {
         let Some(open) = self.open.take() else { return };
-        if let Course::Groups(groups) = open.course {
+        if group::KNOWN
+            && let Course::Groups(groups) = open.course
+        {
             self.tables = Some(groups.finish(&mut self.field));
         }
         if let Some(lifted) = open.lifted {
@@ -411,7 +413,7 @@ impl Levels {
         self.place(first, &estimates);
         let order = axis_order(Some(kind));
         let faces = lie_in_faces(kind, &coarse).then_some((&coarse, &heirs[..]));
-        let course = match groups {
+        let course = match groups.filter(|_| group::KNOWN) {
             None => self.course(first, order, faces),
             Some(vertices) => {
                 let models = self.tables.take().unwrap_or_else(TableModels::new);

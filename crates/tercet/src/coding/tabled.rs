@@ -9,6 +9,7 @@
 
 use super::around::{Around, Known, PLACES};
 use super::axes::{AxisOrder, KINDS, NORMAL, axes, kind, shift};
+use super::group;
 use super::pass::{Pass, Roughness, plain};
 use super::scale::{Scale, ScaleCell, bin};
 use super::site::Site;
@@ -200,7 +201,9 @@ impl TableModels {
                 None => plain(coder, pass, target),
                 Some(around) => {
                     let (point, off, learnt) = self.vertex(coder, &around, pass.order, target);
-                    if let Some(lessons) = lessons {
+                    if group::KNOWN
+                        && let Some(lessons) = lessons
+                    {
                         lessons.extend(learnt);
                     }
                     Roughness::spread(rough, v, off, &site.corners);

@@ -46,6 +46,7 @@ fn features_of_later_versions_are_unsupported() {
     read(&changed(0, 1)).2.unwrap();
     assert!(unsupported(&changed(0, 0x80)), "a reserved flag");
     read(&changed(1, 16)).2.unwrap();
+    assert!(matches!(failure(&changed(0, 0x10)), Error::Format { .. }), "groups that no level has");
     assert!(unsupported(&changed(1, 0)), "no stream");
     assert!(unsupported(&changed(1, 17)), "seventeen streams");
     assert!(unsupported(&changed(2, 4)), "a precision");
