@@ -130,9 +130,7 @@ pub(crate) fn encode_stretched(
     let source = writer.sources(&vertex_source);
     let original =
         Original { mesh, source, loose: &loose, degenerate: &degenerate, keep_order: options.keep_order };
-    let Writer { map, levels, entries, mut payloads, late_payload, connectivity_bits, position_bits, .. } =
-        writer;
-    drop(map);
+    let Writer { levels, entries, mut payloads, late_payload, connectivity_bits, position_bits, .. } = writer;
     let (supplements, completing) = listed(late_payload, supplement::write(&levels, &precision, original)?);
     payloads.extend(completing);
     let outline = Outline {
@@ -187,6 +185,9 @@ struct Writer {
     levels: Levels,
     /// For each face of the decoder's surface, the corner of the hierarchy's that is its corner 0.
     map: Vec<u32>,
+    /// For each vertex of the decoder's finest surface, its vertex on the hierarchy's, once that is all that has
+    /// still to be known of it.
+    image: Vec<u32>,
     entries: Vec<LevelEntry>,
     payloads: Vec<Vec<u8>>,
     /// The positions of late levels.
@@ -214,6 +215,7 @@ impl Writer {
             late,
             levels: Levels::new(options.effort, streams),
             map: Vec::new(),
+            image: Vec::new(),
             entries: Vec::new(),
             payloads: Vec::new(),
             late_payload: None,
@@ -229,6 +231,10 @@ impl Writer {
             reached(self.real_vertices());
             self.level(step)?;
         }
+        if self.image.is_empty() {
+            let image = images(&self.levels.surface, &self.map, self.hierarchy.surface(0));
+            self.forget_connectivity(image);
+        }
         self.late_positions();
         Ok(())
     }
@@ -243,7 +249,7 @@ impl Writer {
         let mut coder = Encoder::new();
         self.map = self.levels.base(&mut coder, Some(known), &Limits { max_memory: u64::MAX })?;
         self.connectivity_bits += coder.bits();
-        let positions = new_positions(&self.levels.surface, &self.map, known, &positions, 0);
+        let positions = at(&positions, &images(&self.levels.surface, &self.map, known));
         self.levels.begin_base(&mut coder, &positions);
         let reach = coder.reach();
         let streams = self.positions(coder, &positions[self.levels.surface.virtuals as usize..]);
@@ -262,6 +268,8 @@ impl Writer {
         let fine = self.hierarchy.surface(level);
         let mut coder = Encoder::new();
         let (split, flip) = self.decisions(&step);
+        let is_plain = step.kind == StepKind::Adaptive && !is_late && level > 0;
+        let inserted = is_plain.then(|| self.inserted(&step, fine));
         if step.kind != StepKind::Sqrt3Odd {
             // Only that kind asks for the coarse surface again; here is where memory is highest.
             step.coarse = Surface::default();
@@ -277,8 +285,17 @@ impl Writer {
             self.levels.late_step(coded);
             Payload::Streams(vec![coder.finish()], reach)
         } else {
-            let first = self.levels.surface.vertices;
-            let new = new_positions(&coded.refined.surface, &self.map, fine, &positions, first);
+            let new = match inserted {
+                Some(inserted) => at(&positions, &inserted),
+                None => {
+                    let image = images(&coded.refined.surface, &self.map, fine);
+                    let new = at(&positions, &image[self.levels.surface.vertices as usize..]);
+                    if level == 0 {
+                        self.forget_connectivity(image);
+                    }
+                    new
+                }
+            };
             drop(positions);
             let grouped = self.groups && kind != StepKind::Adaptive;
             self.levels.begin_step(coded, self.rule, grouped.then_some(&[]))?;
@@ -302,8 +319,7 @@ impl Writer {
     fn late_positions(&mut self) {
         let Some(first) = self.levels.first_late() else { return };
         let positions = self.hierarchy.positions.pop().unwrap_or_default();
-        let fine = self.hierarchy.surface(0);
-        let known = new_positions(&self.levels.surface, &self.map, fine, &positions, first);
+        let known = at(&positions, &self.image[first as usize..]);
         drop(positions);
         self.levels.begin_late();
         self.late_payload = Some(payload::assemble(self.positions(Encoder::new(), &known), 0));
@@ -330,19 +346,24 @@ impl Writer {
         (split, corners.map(|c| step.flip[c as usize]).collect())
     }
 
+    /// The vertices of `fine` that an adaptive step removed, in the decoder's order.
+    fn inserted(&self, step: &Reduction, fine: &Surface) -> Vec<u32> {
+        let faces = self.map.iter().map(|&c| (c / 3) as usize);
+        faces.filter(|&f| step.split[f]).map(|f| fine.at(step.anchor[f])).collect()
+    }
+
+    /// Lets the finest surface go when all that it has still to tell is the `image` of its vertices: beside the
+    /// decoder's it would be a fifth of all memory.
+    fn forget_connectivity(&mut self, image: Vec<u32>) {
+        self.image = image;
+        self.map = Vec::new();
+        self.hierarchy.take_finest();
+    }
+
     /// For each real vertex of the finest level, the mesh vertex that `vertex_source` names.
     fn sources(&self, vertex_source: &[u32]) -> Vec<u32> {
-        let (surface, known) = (&self.levels.surface, self.hierarchy.surface(0));
-        let virtuals = known.virtuals as usize;
-        let mut sources = vec![0; vertex_source.len()];
-        for c in 0..surface.vertex.len() as u32 {
-            if let Some(v) = surface.at(c).checked_sub(surface.virtuals) {
-                let origin = self.map[(c / 3) as usize];
-                let image = [origin, next(origin), prev(origin)][(c % 3) as usize];
-                sources[v as usize] = vertex_source[known.at(image) as usize - virtuals];
-            }
-        }
-        sources
+        let virtuals = self.levels.surface.virtuals as usize;
+        self.image[virtuals..].iter().map(|&v| vertex_source[v as usize - virtuals]).collect()
     }
 
     /// The positions that a reader has at the current level, in the numbering of `known`.
@@ -396,24 +417,20 @@ enum Payload {
     Groups(Vec<(u16, Vec<u8>)>),
 }
 
-/// Positions of the decoder's vertices from `first` on, by the correspondence of faces.
-fn new_positions(
-    surface: &Surface,
-    map: &[u32],
-    known: &Surface,
-    positions: &[Point],
-    first: u32,
-) -> Vec<Point> {
-    let mut new = vec![[0; 3]; (surface.vertices - first) as usize];
-    for (f, &corner) in map.iter().enumerate() {
-        for (k, c) in [corner, next(corner), prev(corner)].into_iter().enumerate() {
-            let v = surface.vertex[3 * f + k];
-            if v >= first {
-                new[(v - first) as usize] = positions[known.at(c) as usize];
-            }
+/// For each vertex of the decoder's `surface` the vertex of `known` that it is, by the correspondence of faces.
+fn images(surface: &Surface, map: &[u32], known: &Surface) -> Vec<u32> {
+    let mut images = vec![0; surface.vertices as usize];
+    for (corners, &corner) in surface.vertex.chunks_exact(3).zip(map) {
+        for (&v, c) in corners.iter().zip([corner, next(corner), prev(corner)]) {
+            images[v as usize] = known.at(c);
         }
     }
-    new
+    images
+}
+
+/// The positions of some vertices.
+fn at(positions: &[Point], vertices: &[u32]) -> Vec<Point> {
+    vertices.iter().map(|&v| positions[v as usize]).collect()
 }
 
 #[cfg(test)]

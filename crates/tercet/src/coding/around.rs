@@ -1,24 +1,19 @@
-//! What the fast profile knows around a vertex before it is coded.
+//! What the tables know around a vertex before it is coded.
 //!
-//! All of it is made of sums and masks over six places, so that which of them are known is not branched on.
+//! All of it is made of sums and masks over the six places of a [site](super::site), so that which of them are
+//! known is not branched on.
 
 use super::pass::Roughness;
-use super::scale::bin;
 use super::site::Site;
 use super::vector::{Point, Vector};
 use crate::subdivide::FRACTION_BITS;
 use wide::{i16x8, i32x8};
 
-/// Values of [`Around::place`].
-pub(super) const PLACES: usize = NEW * SIZES;
-const NEW: usize = 4;
-const SIZES: usize = 32;
-
 /// 65536 / n.
-const RECIPROCAL: [u64; 8] = [0, 65536, 32768, 21845, 16384, 13107, 10922, 0];
+const RECIPROCAL: [u64; 4] = [0, 65536, 32768, 21845];
 
-/// How much of each neighbour's error to expect again, in 1/256, by the number of neighbours.
-const SHARE: [i64; NEW] = [0, 48, 36, 28];
+/// How much of each wing's error to expect again, in 1/256, by the number of wings that have one.
+const SHARE: [i64; 4] = [0, 48, 36, 28];
 
 /// What is known around a vertex.
 pub(super) struct Around {
@@ -28,14 +23,9 @@ pub(super) struct Around {
     /// Of the surface, below 2¹⁵.
     pub normal: Vector,
     pub at_boundary: bool,
-    /// How many neighbours are coded as it is, and how far neighbours are: digits of a context.
-    pub place: usize,
-    /// Mean distance of the known neighbours in 1/256, and their mean roughness.
-    pub edge: u64,
+    /// Mean roughness of the known corners.
     pub rough: Roughness,
-    /// The known neighbours, and the parallelograms that they make.
-    pub neighbours: Points,
-    pub parallelograms: Points,
+    pub candidates: Candidates,
 }
 
 /// The vertices that are known, and how far they were off.
@@ -51,66 +41,71 @@ pub(super) struct Known<'a> {
 }
 
 impl Around {
-    /// Of the vertex at `site`; nothing if no neighbour is known.
+    /// Of the vertex at `site`; nothing if no corner is known.
     #[inline(always)]
     pub fn new(site: &Site, known: &Known) -> Option<Self> {
-        let &Known { virtuals, v, first, positions, rough, estimates } = known;
+        let &Known { virtuals, v, positions, rough, estimates, .. } = known;
         // One comparison: virtual vertices are the largest numbers here.
         let mask = |x: u32| -((x.wrapping_sub(virtuals) < v - virtuals) as i32);
         let origin = positions[v as usize];
-        let estimate = estimates.get((v - first) as usize);
-        let [mut neighbours, mut parallelograms] = [Points::EMPTY; 2];
-        let (mut count, mut distance, mut tangential, mut normal) = (0, 0, 0, 0);
-        let (mut error, mut new) = ([0; 3], 0);
-        for (k, &a) in site.corners.iter().enumerate() {
-            let mask = mask(a);
-            let place = offset(positions[a as usize], origin);
-            distance += place.iter().map(|x| (x.unsigned_abs() & mask as u32) as u64).sum::<u64>();
-            tangential += rough[a as usize].tangential & mask as u32;
-            normal += rough[a as usize].normal & mask as u32;
-            count -= mask;
-            neighbours.set(k, place, mask);
-        }
+        let place = |x: u32| offset(positions[x as usize], origin);
+        let masks = site.corners.map(mask);
+        let count = -masks.iter().sum::<i32>() as usize;
         if count == 0 {
             return None;
         }
-        // |x| + |y| + |z| is some 3/2 of the length.
-        let edge = ((distance << FRACTION_BITS) * RECIPROCAL[count as usize & 7]) >> 16;
-        for (k, &a) in site.wings.iter().enumerate() {
-            let mask = mask(a);
-            let place = offset(positions[a as usize], origin);
+        let (mut tangential, mut normal) = (0, 0);
+        for (&a, mask) in site.corners.iter().zip(masks) {
             tangential += rough[a as usize].tangential & mask as u32;
             normal += rough[a as usize].normal & mask as u32;
-            count -= mask;
-            neighbours.set(3 + k, place, mask);
-            let (p, q) = (neighbours.get((k + 1) % 3), neighbours.get((k + 2) % 3));
-            let opposite = [0, 1, 2].map(|i| p.0[i].wrapping_add(q.0[i]).wrapping_sub(place[i]));
-            parallelograms.set(k, opposite, mask & p.1 & q.1);
-            if estimate.is_some() {
-                let is_new = a.wrapping_sub(first) < v - first;
-                let from = &estimates[(if is_new { a } else { v } - first) as usize];
-                let mask = -(is_new as i64);
-                let at = positions[a as usize].map(|x| (x as i64) << FRACTION_BITS);
-                error = [0, 1, 2].map(|i| error[i] + ((at[i] - from[i]) & mask));
-                new += is_new as usize;
-            }
         }
-        let mean = |x: u32| ((x as u64 * RECIPROCAL[count as usize & 7]) >> 16) as u32;
-        let expected = match estimate {
-            Some(e) => [0, 1, 2].map(|i| e[i] + ((error[i] * SHARE[new & 3]) >> 8)),
-            None => neighbours.middle(origin),
+        let mean = |x: u32| ((x as u64 * RECIPROCAL[count & 3]) >> 16) as u32;
+        let corners = site.corners.map(place);
+        let expected = match estimates {
+            [] => middle(corners, masks, origin),
+            _ => Correction::new(site, known).expected,
         };
         Some(Around {
             expected,
             origin,
-            normal: site.normal.map(i64::from),
+            normal: site.normal(virtuals, |w| positions[w as usize]),
             at_boundary: site.corners.iter().any(|&a| a < virtuals),
-            place: new * SIZES + bin(edge + 1, 2, -7, SIZES),
-            edge,
             rough: Roughness { tangential: mean(tangential), normal: mean(normal) },
-            neighbours,
-            parallelograms,
+            candidates: Candidates::new(corners, masks, site.wings.map(place), site.wings.map(mask)),
         })
+    }
+}
+
+/// An estimate, moved by a share of how far those nearby were off.
+pub(super) struct Correction {
+    pub expected: Vector,
+    /// How large the sum of the wings' errors is, |x| + |y| + |z| in 1/256, and of how many wings it is.
+    pub magnitude: u64,
+    pub count: usize,
+}
+
+impl Correction {
+    /// Of the vertex at `site`, in a pass that has estimates: by the errors of the known wings that had one.
+    #[inline(always)]
+    pub fn new(site: &Site, known: &Known) -> Self {
+        let &Known { v, first, positions, estimates, .. } = known;
+        let own = (v - first) as usize;
+        let mut error = [0; 3];
+        let mut count = 0;
+        for &a in &site.wings {
+            let has_error = a.wrapping_sub(first) < v - first;
+            let from = &estimates[if has_error { (a - first) as usize } else { own }];
+            let mask = -(has_error as i64);
+            let at = positions[a as usize].map(|x| (x as i64) << FRACTION_BITS);
+            error = [0, 1, 2].map(|i| error[i] + ((at[i] - from[i]) & mask));
+            count += has_error as usize;
+        }
+        let share = SHARE[count & 3];
+        Correction {
+            expected: [0, 1, 2].map(|i| estimates[own][i] + ((error[i] * share) >> 8)),
+            magnitude: error.iter().map(|x| x.unsigned_abs()).sum(),
+            count,
+        }
     }
 }
 
@@ -120,34 +115,50 @@ fn offset(p: Point, origin: Point) -> Point {
     [0, 1, 2].map(|i| p[i].wrapping_sub(origin[i]))
 }
 
-/// Points relative to the rounded estimate of a vertex, axis by axis.
-pub(super) struct Points {
-    offsets: [[i32; 8]; 3],
-    /// All ones where there is a point.
-    masks: [i16; 8],
+/// The mean of the known corners, which are relative to `origin`, in 1/256. There is one at least.
+#[cold]
+fn middle(corners: [Point; 3], masks: [i32; 3], origin: Point) -> Vector {
+    let count = -masks.iter().sum::<i32>() as i64;
+    [0, 1, 2].map(|axis| {
+        let there = corners.iter().zip(masks).map(|(x, mask)| (x[axis] & mask) as i64);
+        ((origin[axis] as i64) << FRACTION_BITS) + (there.sum::<i64>() << FRACTION_BITS) / count
+    })
 }
 
-impl Points {
+/// Points relative to the rounded estimate of a vertex whose coordinates may be its own, axis by axis: the
+/// known corners, and from [`Candidates::HALF`] on the parallelograms that they make with known wings.
+pub(super) struct Candidates([i16x8; 3]);
+
+impl Candidates {
+    /// Where the second half begins.
+    pub const HALF: usize = 4;
+
     /// Offsets are held above this …
     const FAR: i16 = 1 << 13;
     /// … and below this, which a point that is not there has.
     const NONE: i16 = 1 << 14;
 
-    const EMPTY: Points = Points { offsets: [[0; 8]; 3], masks: [0; 8] };
-
-    /// Sets the `k`th point, which is there if `mask` is all ones.
     #[inline(always)]
-    fn set(&mut self, k: usize, point: Point, mask: i32) {
-        for (offsets, x) in self.offsets.iter_mut().zip(point) {
-            offsets[k] = x;
-        }
-        self.masks[k] = mask as i16;
-    }
-
-    /// The `k`th point and its mask.
-    #[inline(always)]
-    fn get(&self, k: usize) -> (Point, i32) {
-        ([0, 1, 2].map(|axis| self.offsets[axis][k]), self.masks[k] as i32)
+    fn new(corners: [Point; 3], known: [i32; 3], wings: [Point; 3], known_wings: [i32; 3]) -> Self {
+        let opposite = |k: usize| -> (Point, i32) {
+            let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+            let (p, q, w) = (corners[i], corners[j], wings[k]);
+            let point = [0, 1, 2].map(|axis| p[axis].wrapping_add(q[axis]).wrapping_sub(w[axis]));
+            (point, known_wings[k] & known[i] & known[j])
+        };
+        let [a, b, c] = [opposite(0), opposite(1), opposite(2)];
+        let masks = [known[0], known[1], known[2], 0, a.1, b.1, c.1, 0];
+        let masks = i16x8::new(masks.map(|mask| mask as i16));
+        let none = !masks & i16x8::splat(Self::NONE);
+        Candidates([0, 1, 2].map(|axis| {
+            let x = |point: Point| point[axis];
+            let [p, q, r] = corners.map(x);
+            let offsets = i32x8::new([p, q, r, 0, x(a.0), x(b.0), x(c.0), 0]);
+            let held = i16x8::from_i32x8_saturate(offsets)
+                .max(i16x8::splat(-Self::FAR))
+                .min(i16x8::splat(Self::NONE));
+            (held & masks) | none
+        }))
     }
 
     /// How far each point is from `middle` on an axis, in 16 bits: points that are not there, and
@@ -155,21 +166,6 @@ impl Points {
     #[inline(always)]
     pub fn from(&self, axis: usize, middle: i64) -> i16x8 {
         let far = Self::FAR as i64;
-        let held = i16x8::from_i32x8_saturate(i32x8::new(self.offsets[axis]))
-            .max(i16x8::splat(-Self::FAR))
-            .min(i16x8::splat(Self::NONE));
-        let masks = i16x8::new(self.masks);
-        let held = (held & masks) | (!masks & i16x8::splat(Self::NONE));
-        held - i16x8::splat(middle.clamp(-far, far) as i16)
-    }
-
-    /// The mean of the points, which are relative to `origin`, in 1/256. There is one at least.
-    #[cold]
-    fn middle(&self, origin: Point) -> Vector {
-        let count = -self.masks.iter().map(|&mask| mask as i64).sum::<i64>();
-        [0, 1, 2].map(|axis| {
-            let there = self.offsets[axis].iter().zip(self.masks).map(|(x, mask)| (x & mask as i32) as i64);
-            ((origin[axis] as i64) << FRACTION_BITS) + (there.sum::<i64>() << FRACTION_BITS) / count
-        })
+        self.0[axis] - i16x8::splat(middle.clamp(-far, far) as i16)
     }
 }

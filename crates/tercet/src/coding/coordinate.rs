@@ -288,7 +288,8 @@ impl CoordinateModels {
 
     /// One binary decision: whether the value lies in the upper of the walk's two parts, of which the
     /// experts say `logits`.
-    #[inline(always)]
+    #[cfg_attr(not(target_family = "wasm"), inline(always))]
+    #[cfg_attr(target_family = "wasm", inline(never))]
     fn decide<C: Coder>(
         &mut self,
         coder: &mut C,

@@ -2,14 +2,14 @@
 //! decoded whichever others are missing.
 //!
 //! In a √3 or butterfly level that costs no topology: where a group is missing, vertices lie where they are
-//! expected. A group begins with the models and the roughness from before the pass. Other models learn from all
-//! groups, in their order, what those learn, and are what the next level begins with; changes of roughness are added
-//! up, as those of [regions](super::region) are.
+//! expected. A group begins with the models from before the pass. Other models learn from all groups, in their order,
+//! what those learn, and are what the next level begins with.
 
-use super::pass::{Pass, Roughness};
+use super::detail::Lesson;
+use super::pass::Pass;
 use super::region::Field;
 use super::site::Site;
-use super::tabled::{Lesson, TableModels, Walk};
+use super::tabled::{TableModels, Walk};
 use super::vector::Point;
 use crate::entropy::{Coder, Encoder};
 use crate::subdivide::round;
@@ -33,10 +33,8 @@ pub(crate) struct Groups {
     done: usize,
     /// What is known before the pass.
     models: TableModels,
-    rough: Vec<Roughness>,
     /// What will be after it.
     next_models: TableModels,
-    next_rough: Vec<Roughness>,
 }
 
 /// A group at work: its first vertex, and what its models have become.
@@ -47,8 +45,8 @@ struct Group {
 
 impl Groups {
     /// Of a pass over the vertices at `sites`, of which none is coded; the groups have so many `vertices`, none of
-    /// them are known when encoding. There is an entry of `rough` for each vertex of the surface.
-    pub fn new(sites: Vec<Site>, vertices: &[u16], models: TableModels, rough: &[Roughness]) -> Self {
+    /// them are known when encoding.
+    pub fn new(sites: Vec<Site>, vertices: &[u16], models: TableModels) -> Self {
         let mut end = 0;
         let ends = vertices.iter().map(|&count| {
             end += usize::from(count);
@@ -61,8 +59,6 @@ impl Groups {
             done: 0,
             next_models: models.clone(),
             models,
-            rough: rough.to_vec(),
-            next_rough: rough.to_vec(),
         }
     }
 
@@ -94,7 +90,6 @@ impl Groups {
     ) -> bool {
         let range = self.range(group);
         let lessons = self.code(coder, pass, range.clone(), &[], field);
-        self.settle(pass, range.clone(), field, stays);
         self.shown[group] = !coder.exhausted();
         if coder.exhausted() {
             place(pass, range, field);
@@ -106,9 +101,7 @@ impl Groups {
     }
 
     /// What is known after the pass, all of whose groups are coded.
-    pub fn finish(mut self, field: &mut Field) -> TableModels {
-        self.next_rough.iter_mut().for_each(Roughness::settle);
-        field.rough = self.next_rough;
+    pub fn finish(self) -> TableModels {
         self.next_models
     }
 
@@ -139,7 +132,6 @@ impl Groups {
         targets: &[Point],
         field: &mut Field,
     ) -> Vec<Lesson> {
-        place(pass, range.clone(), field);
         // Vertices of groups before are strangers: they are not at the sites of this one.
         let others = pass.first..pass.first + group.start as u32;
         let mut sites = self.sites[range.clone()].to_vec();
@@ -150,19 +142,6 @@ impl Groups {
         walk.lessons = Some(Vec::with_capacity(3 * range.len()));
         group.models.code(coder, pass, &mut walk, targets, &mut field.positions, &mut field.rough);
         walk.lessons.unwrap_or_default()
-    }
-
-    /// Takes back what a run of vertices has changed of roughness; it is added to the changes of others if the run
-    /// `stays`.
-    fn settle(&mut self, pass: &Pass, range: Range<usize>, field: &mut Field, stays: bool) {
-        for (v, site) in (pass.first + range.start as u32..).zip(&self.sites[range]) {
-            for x in site.corners.into_iter().chain(site.wings).chain([v]).map(|x| x as usize) {
-                if stays {
-                    self.next_rough[x].add_change(self.rough[x], field.rough[x]);
-                }
-                field.rough[x] = self.rough[x];
-            }
-        }
     }
 
     /// Encodes all `targets`, in as few groups as `most` bytes for each allow, of sizes as equal as may be; the
@@ -205,7 +184,6 @@ impl Groups {
         field: &mut Field,
     ) -> Vec<(u16, Vec<u8>)> {
         self.next_models = self.models.clone();
-        self.next_rough.clone_from(&self.rough);
         let mut groups = Vec::new();
         let mut start = 0;
         while start < targets.len() {
@@ -214,9 +192,7 @@ impl Groups {
                 let mut coder = Encoder::new();
                 let lessons = self.code(&mut coder, pass, start..end, targets, field);
                 let stream = coder.finish();
-                let fits = stream.len() <= bytes || end == start + 1;
-                self.settle(pass, start..end, field, fits);
-                if fits {
+                if stream.len() <= bytes || end == start + 1 {
                     self.next_models.learn(&lessons);
                     break stream;
                 }
@@ -245,7 +221,6 @@ impl Groups {
             self.go_on(&mut coder, pass, &mut group, end..end + 1, targets, field);
             end += 1;
         }
-        self.settle(pass, start..end, field, false);
         end
     }
 }

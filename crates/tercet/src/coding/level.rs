@@ -185,13 +185,12 @@ impl Levels {
         rough.resize(surface.vertices as usize, Roughness::START);
     }
 
-    /// The sites of the vertices from `first` on, which are placed. They lie in the faces of a coarse surface that
-    /// became the named ones, or do not.
+    /// The sites of the vertices from `first` on. They lie in the faces of a coarse surface that became the named
+    /// ones, or do not.
     fn sites(&self, first: u32, faces: Option<(&Surface, &[u32])>) -> Vec<Site> {
-        let (surface, positions) = (&self.surface, &self.field.positions);
         match faces {
-            Some((coarse, heirs)) => in_faces(coarse, heirs, surface, positions),
-            None => in_rings(surface, first, positions),
+            Some((coarse, heirs)) => in_faces(coarse, heirs, &self.surface),
+            None => in_rings(&self.surface, first),
         }
     }
 
@@ -254,7 +253,7 @@ impl Levels {
         if group::KNOWN
             && let Course::Groups(groups) = open.course
         {
-            self.tables = Some(groups.finish(&mut self.field));
+            self.tables = Some(groups.finish());
         }
         if let Some(lifted) = open.lifted {
             lifted.undo(&mut self.field.positions);
@@ -418,7 +417,7 @@ impl Levels {
             Some(vertices) => {
                 let models = self.tables.take().unwrap_or_else(TableModels::new);
                 let sites = self.sites(first, faces);
-                Course::Groups(Box::new(Groups::new(sites, vertices, models, &self.field.rough)))
+                Course::Groups(Box::new(Groups::new(sites, vertices, models)))
             }
         };
         // Only undoing an update asks for the coarse surface again; else it goes before the pass takes memory.

@@ -10,6 +10,7 @@ mod base;
 #[cfg(feature = "max")]
 mod beyond;
 mod coordinate;
+mod detail;
 #[cfg(feature = "max")]
 mod deviation;
 #[cfg(feature = "max")]

@@ -27,8 +27,6 @@ use crate::subdivide::StepKind;
 pub(crate) struct Site {
     pub corners: [u32; 3],
     pub wings: [u32; 3],
-    /// Of the surface, below 2¹⁵.
-    pub normal: [i16; 3],
 }
 
 /// Whether a step inserts one vertex in each of the faces that become three.
@@ -42,8 +40,17 @@ pub(crate) fn lie_in_faces(kind: StepKind, coarse: &Surface) -> bool {
 
 /// The sites of the new vertices of the surface `fine` that was refined from `coarse`, one in each split
 /// face in their order; `first` tells, for each coarse face, the first of the fine faces that it became.
-/// `positions` are known, or the rounded estimates of the new vertices. Time O(n).
-pub(crate) fn in_faces(coarse: &Surface, first: &[u32], fine: &Surface, positions: &[Point]) -> Vec<Site> {
+/// Time O(n).
+pub(crate) fn in_faces(coarse: &Surface, first: &[u32], fine: &Surface) -> Vec<Site> {
+    let faces = coarse.vertex.chunks_exact(3).zip(coarse.opposite.chunks_exact(3));
+    if fine.vertices - coarse.vertices == coarse.faces() {
+        let born = |beyond: u32| coarse.vertices + beyond / 3;
+        let site = |(t, o): (&[u32], &[u32])| Site {
+            corners: [t[0], t[1], t[2]],
+            wings: [o[0], o[1], o[2]].map(born),
+        };
+        return faces.map(site).collect();
+    }
     // A split face has become three: the rank of a face tells how many split ones are before it.
     let ends = first.iter().skip(1).copied().chain([fine.faces()]);
     let born: Vec<u32> = (0..)
@@ -51,14 +58,13 @@ pub(crate) fn in_faces(coarse: &Surface, first: &[u32], fine: &Surface, position
         .map(|(f, (&start, end))| if end - start == 3 { coarse.vertices + (start - f) / 2 } else { NONE })
         .collect();
     let mut sites = Vec::with_capacity((fine.vertices - coarse.vertices) as usize);
-    let faces = coarse.vertex.chunks_exact(3).zip(coarse.opposite.chunks_exact(3));
     for ((t, o), _) in faces.zip(&born).filter(|&(_, &born)| born != NONE) {
         let wings = [o[0], o[1], o[2]].map(|beyond| {
             let apex = coarse.at(beyond);
             let born = born[(beyond / 3) as usize];
             if born == NONE { apex } else { born }
         });
-        sites.push(Site::new([t[0], t[1], t[2]], wings, coarse.virtuals, positions));
+        sites.push(Site { corners: [t[0], t[1], t[2]], wings });
     }
     sites
 }
@@ -69,7 +75,7 @@ const MOST: usize = 12;
 /// The sites of the vertices from `first` on by the rings of `surface`: where vertices do not lie in faces.
 /// Corners are the first three neighbours that come before a vertex, `old` ones if there are any, wings
 /// the first others. Time O(n).
-pub(crate) fn in_rings(surface: &Surface, first: u32, positions: &[Point]) -> Vec<Site> {
+pub(crate) fn in_rings(surface: &Surface, first: u32) -> Vec<Site> {
     let corner = surface.any_corner_from(first);
     let has_old = first > surface.virtuals;
     let site = |(v, &corner): (u32, &u32)| {
@@ -91,28 +97,28 @@ pub(crate) fn in_rings(surface: &Surface, first: u32, positions: &[Point]) -> Ve
                 }
             }
         }
-        Site::new(corners, wings, surface.virtuals, positions)
+        Site { corners, wings }
     };
     (first..).zip(&corner).map(site).collect()
 }
 
 impl Site {
+    /// The normal of the surface, below 2¹⁵, by `positions` that are known or estimates; 0 if a corner is virtual.
     #[inline(always)]
-    fn new(corners: [u32; 3], wings: [u32; 3], virtuals: u32, positions: &[Point]) -> Self {
-        let at = |v: u32| if v < virtuals { None } else { positions.get(v as usize) };
-        let normal = match corners.map(at) {
-            [Some(p), Some(q), Some(r)] => direction([p, q, r], wings.map(|w| at(w).unwrap_or(p))),
-            _ => [0; 3],
-        };
-        Site { corners, wings, normal }
+    pub fn normal(&self, virtuals: u32, position: impl Fn(u32) -> Point) -> Vector {
+        if self.corners.iter().any(|&v| v < virtuals) {
+            return [0; 3];
+        }
+        let [p, q, r] = self.corners.map(&position);
+        direction([p, q, r], self.wings.map(|w| if w < virtuals { p } else { position(w) }))
     }
 }
 
 /// The direction of the area of the hexagon *p*, *c*, *q*, *a*, *r*, *b*, below 2¹⁵: seen from *p* that is
 /// *q* × (*a* − *c*) + *r* × (*b* − *a*).
 #[inline(always)]
-fn direction([p, q, r]: [&Point; 3], [a, b, c]: [&Point; 3]) -> [i16; 3] {
-    let sub = |x: &Point, y: &Point| -> Vector { [0, 1, 2].map(|k| x[k].wrapping_sub(y[k]) as i64) };
+fn direction([p, q, r]: [Point; 3], [a, b, c]: [Point; 3]) -> Vector {
+    let sub = |x: Point, y: Point| -> Vector { [0, 1, 2].map(|k| x[k].wrapping_sub(y[k]) as i64) };
     let (q, r, beside_q, beside_r) = (sub(q, p), sub(r, p), sub(a, c), sub(b, a));
     let area: Vector = [0, 1, 2].map(|k| {
         let (x, y) = ((k + 1) % 3, (k + 2) % 3);
@@ -121,7 +127,7 @@ fn direction([p, q, r]: [&Point; 3], [a, b, c]: [&Point; 3]) -> [i16; 3] {
     });
     let all = area.iter().fold(0, |all, x| all | x.unsigned_abs());
     let spare = 50u32.saturating_sub(all.leading_zeros());
-    area.map(|x| (x >> spare) as i16)
+    area.map(|x| x >> spare)
 }
 
 #[cfg(test)]
@@ -130,10 +136,6 @@ mod tests {
     use crate::mesh::cut;
     use crate::shapes::{grid, torus};
     use crate::subdivide::{flipped, refine};
-
-    fn points(count: u32) -> Vec<Point> {
-        (0..count as i32).map(|i| [i * i % 101, i * 7 % 89, i * 31 % 97]).collect()
-    }
 
     /// A site's corners and wings, beginning with the smallest corner.
     fn turned(site: &Site) -> [[u32; 3]; 2] {
@@ -146,9 +148,8 @@ mod tests {
         let coarse = cut(&torus(7, 6)).surface;
         let flips = flipped(&coarse, &vec![true; coarse.vertex.len()]);
         let refined = refine(&coarse, &vec![true; coarse.faces() as usize], &flips);
-        let positions = points(refined.surface.vertices);
-        let in_faces = in_faces(&coarse, &refined.first, &refined.surface, &positions);
-        let in_rings = in_rings(&refined.surface, coarse.vertices, &positions);
+        let in_faces = in_faces(&coarse, &refined.first, &refined.surface);
+        let in_rings = in_rings(&refined.surface, coarse.vertices);
         assert_eq!(in_faces.len(), coarse.faces() as usize);
         for (a, b) in in_faces.iter().zip(&in_rings) {
             assert_eq!(turned(a), turned(b));
@@ -160,7 +161,7 @@ mod tests {
         let coarse = cut(&grid(6, 5)).surface;
         let split: Vec<bool> = (0..coarse.faces()).map(|f| f % 3 != 1).collect();
         let refined = refine(&coarse, &split, &[]);
-        let sites = in_faces(&coarse, &refined.first, &refined.surface, &points(refined.surface.vertices));
+        let sites = in_faces(&coarse, &refined.first, &refined.surface);
         let faces = (0..coarse.faces()).filter(|&f| split[f as usize]);
         for ((f, site), v) in faces.zip(&sites).zip(coarse.vertices..) {
             assert_eq!(site.corners, coarse.face(f));
@@ -183,7 +184,7 @@ mod tests {
         for scale in [1, 1000, 1 << 26] {
             let hexagon = [[2, 0, 0], [0, 3, 0], [-2, -3, 0]].map(|p: Point| p.map(|x| x * scale));
             let wings = [[-3, 1, 0], [1, -4, 0], [2, 3, 0]].map(|p: Point| p.map(|x| x * scale));
-            let [x, y, z] = direction(hexagon.each_ref(), wings.each_ref());
+            let [x, y, z] = direction(hexagon, wings);
             assert_eq!((x, y), (0, 0));
             assert!(z > 0);
         }

@@ -1,20 +1,21 @@
 //! Positions by tables: what the fast profile codes in place of [`position`](super::position)'s
-//! mixed decisions.
+//! mixed decisions; on regular levels, where other things tell them apart, [`detail`](super::detail) chooses the tables.
 //!
 //! The order of axes and the shift into the tangent plane are the same; but of the neighbours only
 //! those at the [site](super::site) of the vertex are looked at, a coordinate has one expectation, and
 //! what it is off by is one symbol of sixteen and a few plain bits. Coordinates often repeat one nearby:
 //! the symbol that the nearest neighbour's would be, and that of the nearest parallelogram, each select an
-//! adaptive distribution, and the two are averaged.
+//! adaptive distribution, and the two are averaged. The neighbours are the corners of the site.
 
-use super::around::{Around, Known, PLACES};
+use super::around::{Around, Candidates, Known};
 use super::axes::{AxisOrder, KINDS, NORMAL, axes, kind, shift};
+use super::detail::{DetailModels, Lesson};
 use super::group;
 use super::pass::{Pass, Roughness, plain};
 use super::scale::{Scale, ScaleCell, bin};
 use super::site::Site;
 use super::vector::{COORDINATE_LIMIT, Point};
-use crate::entropy::{Coder, Counter, Frequencies, SYMBOLS, log2_fixed, squash};
+use crate::entropy::{Coder, Counter, Cumulative, Frequencies, SYMBOLS, log2_fixed, squash};
 use crate::mesh::Surface;
 use crate::subdivide::FRACTION_BITS;
 use wide::i16x8;
@@ -22,7 +23,7 @@ use wide::i16x8;
 /// The models of positions; they live as long as the file.
 #[derive(Clone)]
 pub(crate) struct TableModels {
-    /// By kind of axis, number of neighbours coded before, distance of the neighbours, roughness.
+    /// By kind of axis and roughness.
     cells: Vec<ScaleCell>,
     /// By kind of axis, width and the symbol that the nearest neighbour's coordinate would be.
     by_neighbour: Vec<Frequencies>,
@@ -30,11 +31,14 @@ pub(crate) struct TableModels {
     by_parallelogram: Vec<Frequencies>,
     /// By kind of axis and length in bits.
     escapes: Vec<Counter>,
+    /// Those of regular levels.
+    details: DetailModels,
 }
 
 const ROUGH: usize = 24;
-const WIDTHS: usize = 41;
-const LENGTHS: usize = 32;
+pub(super) const WIDTHS: usize = 41;
+/// Lengths of escapes.
+pub(super) const LENGTHS: usize = 32;
 
 /// Symbols for errors within ± this, in units; the last symbol is for those beyond.
 const NEAR: i64 = 7;
@@ -42,7 +46,7 @@ const NEAR: i64 = 7;
 /// How far a pass has come.
 pub(crate) struct Walk {
     sites: Vec<Site>,
-    /// What there was to learn, if that is noted.
+    /// What there was to learn of details, if that is noted.
     pub lessons: Option<Vec<Lesson>>,
     /// Vertices of the pass before the first one.
     before: usize,
@@ -62,19 +66,10 @@ impl Walk {
     }
 }
 
-/// What models learn of a coordinate: the cell and how large its error was, the distributions and their symbol.
-#[derive(Clone, Copy, Default)]
-pub(crate) struct Lesson {
-    size: u64,
-    cell: u32,
-    tables: [u32; 2],
-    symbol: u32,
-}
-
 /// How wide errors are: the bin of a mean magnitude, and how many of their low bits are plain.
 #[derive(Clone, Copy)]
-struct Width {
-    bin: usize,
+pub(super) struct Width {
+    pub bin: usize,
     plain: u32,
 }
 
@@ -82,7 +77,7 @@ impl Width {
     /// Of a mean magnitude in 1/256. Bins are quarter octaves; beyond the 37th only the part of
     /// an octave counts, because every octave then leaves one more bit plain.
     #[inline(always)]
-    fn new(mean: u64) -> Self {
+    pub fn new(mean: u64) -> Self {
         let log = log2_fixed(mean, 2);
         let plain = ((log - 34).max(0) >> 2) as u32;
         let bin = (log - 17).max(0) as usize;
@@ -99,7 +94,7 @@ impl Width {
 
 /// The distribution to begin with in a bin of widths: logistic, its centre a little above the
 /// middle of symbol 0.
-fn initial(bin: usize) -> Frequencies {
+pub(super) fn initial(bin: usize) -> Frequencies {
     let (mean, plain) = Width::representative(bin);
     let scale = Scale::new(mean);
     let half = (1i64 << plain) >> 1;
@@ -133,9 +128,9 @@ fn fold(unit: i64) -> usize {
 
 /// How errors of a coordinate become units.
 #[derive(Clone, Copy)]
-struct Frame {
+pub(super) struct Frame {
     /// The lattice coordinate nearest to the expectation.
-    middle: i64,
+    pub middle: i64,
     /// Whether errors below the middle count as positive: seen so, the expectation is never below it.
     mirrored: bool,
     /// Low bits that are plain, and half of what they count to.
@@ -144,16 +139,52 @@ struct Frame {
 }
 
 impl Frame {
-    /// The least symbol that one of the coordinates would be that are so far `from` the middle.
+    /// Around the expectation `place`, in 1/256.
     #[inline(always)]
-    fn least_symbol(self, from: i16x8) -> usize {
+    pub fn new(place: i64, width: Width) -> Self {
+        let middle = (place + 128) >> FRACTION_BITS;
+        Frame {
+            middle,
+            mirrored: place < middle << FRACTION_BITS,
+            plain: width.plain,
+            half: (1i64 << width.plain) >> 1,
+        }
+    }
+
+    /// Codes the coordinate `target`, with counters for the lengths of escapes; what it is and its symbol.
+    #[inline(always)]
+    pub fn code<C: Coder>(
+        self,
+        coder: &mut C,
+        frequencies: Cumulative,
+        escapes: &mut [Counter],
+        target: i32,
+    ) -> (i32, usize) {
+        let Frame { middle, mirrored, plain, half } = self;
+        let sign = if mirrored { -1 } else { 1 };
+        let error = sign * (target as i64 - middle) + half;
+        let low = error & ((1 << plain) - 1);
+        let error = error >> plain;
+        let wanted = if error.abs() <= NEAR { fold(error) } else { SYMBOLS - 1 };
+        let coded = coder.symbol(wanted, frequencies);
+        let error = if coded < SYMBOLS - 1 { unfold(coded) } else { escape(coder, escapes, error) };
+        let low = if plain > 0 { coder.raw_wide(low as u32, plain) as i64 } else { 0 };
+        let value = middle + sign * ((error << plain) + low - half);
+        (value.clamp(-(COORDINATE_LIMIT as i64), COORDINATE_LIMIT as i64) as i32, coded)
+    }
+
+    /// The least symbols that one of the corners' and one of the parallelograms' coordinates would be, which are
+    /// so far `from` the middle.
+    #[inline(always)]
+    fn least_symbols(self, from: i16x8) -> [usize; 2] {
         let sign = i16x8::splat(-(self.mirrored as i16));
         // Beyond eight bits a unit is coarser than what is kept of the offsets.
         let unit = (((from ^ sign) - sign) + i16x8::splat(self.half.min(1 << 7) as i16)) >> self.plain.min(8);
         let beyond = NEAR as i16 + 1;
         let turned = (-unit).max(i16x8::splat(-beyond)).min(i16x8::splat(beyond));
-        let folded = (turned << 1_i32) ^ (turned >> 15_i32);
-        (folded.reduce_min() as usize).min(SYMBOLS - 1)
+        let folded = ((turned << 1_i32) ^ (turned >> 15_i32)).to_array();
+        let least = |k: usize| folded[k].min(folded[k + 1]).min(folded[k + 2]) as usize;
+        [least(0), least(Candidates::HALF)].map(|symbol| symbol.min(SYMBOLS - 1))
     }
 }
 
@@ -163,11 +194,17 @@ impl TableModels {
         let table: Vec<Frequencies> =
             (0..KINDS * WIDTHS * SYMBOLS).map(|i| start[i / SYMBOLS % WIDTHS]).collect();
         TableModels {
-            cells: vec![ScaleCell::default(); KINDS * PLACES * ROUGH],
+            cells: vec![ScaleCell::default(); KINDS * ROUGH],
             by_parallelogram: table.clone(),
             by_neighbour: table,
             escapes: vec![Counter::NEW; KINDS * LENGTHS],
+            details: DetailModels::new(),
         }
+    }
+
+    /// Learns of details what others have learnt.
+    pub fn learn(&mut self, lessons: &[Lesson]) {
+        lessons.iter().for_each(|lesson| self.details.learn(lesson));
     }
 
     /// Codes the positions of the vertices of a pass that are left, those of `targets` when encoding, until
@@ -197,19 +234,25 @@ impl TableModels {
             let target = targets.get(i).copied().unwrap_or_default();
             let Pass { surface: Surface { virtuals, .. }, first, estimates, .. } = *pass;
             let known = Known { virtuals: *virtuals, v, first, positions, rough, estimates };
-            let point = match Around::new(site, &known) {
-                None => plain(coder, pass, target),
-                Some(around) => {
-                    let (point, off, learnt) = self.vertex(coder, &around, pass.order, target);
+            let point = match pass.order {
+                AxisOrder::NormalFirst => {
+                    let (point, learnt) = self.details.code(coder, site, &known, &mut self.escapes, target);
                     if group::KNOWN
                         && let Some(lessons) = lessons
                     {
                         lessons.extend(learnt);
                     }
-                    Roughness::spread(rough, v, off, &site.corners);
-                    Roughness::spread(rough, v, off, &site.wings);
                     point
                 }
+                AxisOrder::NormalLast => match Around::new(site, &known) {
+                    None => plain(coder, pass, target),
+                    Some(around) => {
+                        let (point, off) = self.vertex(coder, &around, target);
+                        Roughness::spread(rough, v, off, &site.corners);
+                        Roughness::spread(rough, v, off, &site.wings);
+                        point
+                    }
+                },
             };
             positions[v as usize] = point;
             *cursor += 1;
@@ -218,15 +261,9 @@ impl TableModels {
     }
 
     #[inline(always)]
-    fn vertex<C: Coder>(
-        &mut self,
-        coder: &mut C,
-        around: &Around,
-        order: AxisOrder,
-        target: Point,
-    ) -> (Point, Roughness, [Lesson; 3]) {
+    fn vertex<C: Coder>(&mut self, coder: &mut C, around: &Around, target: Point) -> (Point, Roughness) {
+        let order = AxisOrder::NormalLast;
         let axes = axes(around.normal, order);
-        let mut lessons = [Lesson::default(); 3];
         // Both are known before the first coordinate is.
         let widths = [false, true].map(|across| self.width(around, across));
         let mut point = target;
@@ -236,32 +273,17 @@ impl TableModels {
             let kind = kind(step, order, around.at_boundary);
             let (cell, width) = widths[(kind == NORMAL) as usize];
             let place = centres[0][axis];
-            let middle = (place + 128) >> FRACTION_BITS;
-            let frame = Frame {
-                middle,
-                mirrored: place < middle << FRACTION_BITS,
-                plain: width.plain,
-                half: (1i64 << width.plain) >> 1,
-            };
-            let relative = middle - around.origin[axis] as i64;
-            let [first, second] = [&around.neighbours, &around.parallelograms]
-                .map(|points| frame.least_symbol(points.from(axis, relative)));
-            let table = (kind * WIDTHS + width.bin) * SYMBOLS;
-            let tables = [table + first, table + second];
-            let (value, symbol) = self.coordinate(coder, kind, tables, frame, target[axis]);
+            let frame = Frame::new(place, width);
+            let relative = frame.middle - around.origin[axis] as i64;
+            let symbols = frame.least_symbols(around.candidates.from(axis, relative));
+            let value = self.coordinate(coder, (kind, width.bin), symbols, frame, target[axis]);
             point[axis] = value;
             let off = ((value as i64) << FRACTION_BITS) - place;
             sizes[step] = off.unsigned_abs();
             self.cells[cell].learn(sizes[step]);
-            lessons[step] = Lesson {
-                cell: cell as u32,
-                tables: tables.map(|table| table as u32),
-                symbol: symbol as u32,
-                size: sizes[step],
-            };
             shift(&mut centres, [off], around.normal, axes, step, order);
         }
-        (point, Roughness::of(sizes, order), lessons)
+        (point, Roughness::of(sizes, order))
     }
 
     /// The cell of the coordinates in the surface or `across` it, and how wide their errors are.
@@ -269,62 +291,45 @@ impl TableModels {
     fn width(&self, around: &Around, across: bool) -> (usize, Width) {
         let kind = kind(if across { 2 } else { 0 }, AxisOrder::NormalLast, around.at_boundary);
         let rough = around.rough.along(kind) as u64;
-        let cell = (kind * PLACES + around.place) * ROUGH + bin(rough + 8, 2, -9, ROUGH);
-        let prior = rough / 2 + (around.edge >> if kind == NORMAL { 6 } else { 4 }) + 40;
-        (cell, Width::new(self.cells[cell].mean(prior)))
+        let cell = kind * ROUGH + bin(rough + 8, 2, -9, ROUGH);
+        (cell, Width::new(self.cells[cell].mean(rough * 3 / 4 + 40)))
     }
 
     #[inline(always)]
     fn coordinate<C: Coder>(
         &mut self,
         coder: &mut C,
-        kind: usize,
-        [first, second]: [usize; 2],
-        Frame { middle, mirrored, plain, half }: Frame,
+        (kind, bin): (usize, usize),
+        [neighbour, parallelogram]: [usize; 2],
+        frame: Frame,
         target: i32,
-    ) -> (i32, usize) {
-        let sign = if mirrored { -1 } else { 1 };
-        let first = &mut self.by_neighbour[first];
-        let second = &mut self.by_parallelogram[second];
-        let error = sign * (target as i64 - middle) + half;
-        let low = error & ((1 << plain) - 1);
-        let error = error >> plain;
-        let wanted = if error.abs() <= NEAR { fold(error) } else { SYMBOLS - 1 };
-        let coded = coder.symbol(wanted, first.mean(second));
-        first.learn(coded);
-        second.learn(coded);
-        let error = if coded < SYMBOLS - 1 { unfold(coded) } else { self.escape(coder, kind, error) };
-        let low = if plain > 0 { coder.raw_wide(low as u32, plain) as i64 } else { 0 };
-        let value = middle + sign * ((error << plain) + low - half);
-        (value.clamp(-(COORDINATE_LIMIT as i64), COORDINATE_LIMIT as i64) as i32, coded)
+    ) -> i32 {
+        let table = (kind * WIDTHS + bin) * SYMBOLS;
+        let first = &mut self.by_neighbour[table + neighbour];
+        let second = &mut self.by_parallelogram[table + parallelogram];
+        let escapes = &mut self.escapes[kind * LENGTHS..(kind + 1) * LENGTHS];
+        let (value, symbol) = frame.code(coder, first.mean(second), escapes, target);
+        first.learn(symbol);
+        second.learn(symbol);
+        value
     }
+}
 
-    /// Learns what others have learnt.
-    pub fn learn(&mut self, lessons: &[Lesson]) {
-        for &Lesson { cell, tables: [first, second], symbol, size } in lessons {
-            self.cells[cell as usize].learn(size);
-            self.by_neighbour[first as usize].learn(symbol as usize);
-            self.by_parallelogram[second as usize].learn(symbol as usize);
+/// An error of more than [`NEAR`] units: its sign, the length of the rest, its bits.
+#[cold]
+fn escape<C: Coder>(coder: &mut C, counters: &mut [Counter], unit: i64) -> i64 {
+    let negative = coder.raw((unit < 0) as u32, 1) == 1;
+    let rest = (unit.abs() - NEAR).clamp(1, u32::MAX as i64) as u32;
+    let wanted = rest.ilog2() as usize;
+    let mut length = 0;
+    for counter in &mut counters[..LENGTHS - 1] {
+        let more = coder.bit(length < wanted, counter.p());
+        counter.learn(more, 250);
+        if !more {
+            break;
         }
+        length += 1;
     }
-
-    /// An error of more than [`NEAR`] units: its sign, the length of the rest, its bits.
-    #[cold]
-    fn escape<C: Coder>(&mut self, coder: &mut C, kind: usize, unit: i64) -> i64 {
-        let negative = coder.raw((unit < 0) as u32, 1) == 1;
-        let rest = (unit.abs() - NEAR).clamp(1, u32::MAX as i64) as u32;
-        let wanted = rest.ilog2() as usize;
-        let mut length = 0;
-        while length < LENGTHS - 1 {
-            let counter = &mut self.escapes[kind * LENGTHS + length];
-            let more = coder.bit(length < wanted, counter.p());
-            counter.learn(more, 250);
-            if !more {
-                break;
-            }
-            length += 1;
-        }
-        let rest = 1i64 << length | coder.raw_wide(rest & ((1 << length) - 1), length as u32) as i64;
-        if negative { -NEAR - rest } else { NEAR + rest }
-    }
+    let rest = 1i64 << length | coder.raw_wide(rest & ((1 << length) - 1), length as u32) as i64;
+    if negative { -NEAR - rest } else { NEAR + rest }
 }

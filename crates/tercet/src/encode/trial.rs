@@ -1,10 +1,10 @@
 //! How many levels get their positions late: found by coding, not by guessing.
 
 use super::{EncodeOptions, Progressive, Writer};
-use crate::coding::Point;
 use crate::mesh::{Mesh, NONE, Surface, cut};
 use crate::reverse::{Hierarchy, StepKind};
 use crate::{Effort, Result};
+use std::borrow::Cow;
 
 /// At most so many of the finest levels get their positions late; more hardly pays.
 fn most_late(effort: Effort) -> usize {
@@ -16,10 +16,9 @@ fn trial_faces(faces: usize, effort: Effort) -> usize {
     if effort.is_max() { (faces / 3).clamp(16_000, 40_000) } else { (faces / 12).clamp(2000, 5000) }
 }
 
-/// A part of a mesh, as the encoder sees it.
-struct Part {
-    surface: Surface,
-    points: Vec<Point>,
+/// A part of a mesh, or all of it, reduced: to be coded more than once.
+struct Part<'a> {
+    hierarchy: Cow<'a, Hierarchy>,
     options: EncodeOptions,
 }
 
@@ -44,14 +43,14 @@ pub(super) fn late_levels(hierarchy: &Hierarchy, options: &EncodeOptions) -> Res
     }
 }
 
-impl Part {
+impl<'a> Part<'a> {
     /// At least `count` connected faces of the finest surface, or all that are connected to them.
     /// All of the surface if it has no more.
-    fn new(hierarchy: &Hierarchy, count: usize, options: &EncodeOptions) -> Self {
+    fn new(hierarchy: &'a Hierarchy, count: usize, options: &EncodeOptions) -> Self {
         let (whole, points) = (hierarchy.surface(0), &hierarchy.positions[0]);
         let options = *options;
         if count >= whole.faces() as usize {
-            return Part { surface: whole.clone(), points: points.clone(), options };
+            return Part { hierarchy: Cow::Borrowed(hierarchy), options };
         }
         let mut mesh = Mesh::default();
         let mut number = vec![NONE; whole.vertices as usize];
@@ -70,7 +69,8 @@ impl Part {
         let part = cut(&mesh);
         let mut points = vec![[0; 3]; part.surface.virtuals as usize];
         points.extend(part.vertex_source.iter().map(|&v| chosen[v as usize]));
-        Part { surface: part.surface, points, options }
+        let hierarchy = Hierarchy::build(part.surface, points, options.scheme, options.update, |_| {});
+        Part { hierarchy: Cow::Owned(hierarchy), options }
     }
 
     /// As many as make the part smaller by 2 %, or none; a part of a mesh shows less than the whole does. Most
@@ -97,8 +97,7 @@ impl Part {
 
     /// Bytes of all payloads with the positions of `late` levels late.
     fn size(&self, late: usize) -> Result<usize> {
-        let (surface, points) = (self.surface.clone(), self.points.clone());
-        let hierarchy = Hierarchy::build(surface, points, self.options.scheme, self.options.update, |_| {});
+        let hierarchy = Hierarchy::clone(&self.hierarchy);
         let adaptive = hierarchy.steps.iter().take_while(|step| step.kind == StepKind::Adaptive).count();
         let mut writer = Writer::new(hierarchy, &self.options, None, late.min(adaptive), 1);
         writer.write(|_| {})?;

@@ -23,5 +23,5 @@ pub(crate) use logistic::{LOGIT_LIMIT, log_expm1, log2_fixed, softplus, squash, 
 pub(crate) use mixer::{Mixer, Opinions, error};
 #[cfg(feature = "max")]
 pub(crate) use secondary::{Knot, Secondary};
-pub(crate) use symbol::{Frequencies, SYMBOLS};
+pub(crate) use symbol::{Cumulative, Frequencies, SYMBOLS};
 pub(crate) use table::table;

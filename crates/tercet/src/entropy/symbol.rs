@@ -74,6 +74,12 @@ impl Frequencies {
         Frequencies([half(0), half(1)])
     }
 
+    /// The distribution, with a floor for every symbol.
+    #[inline(always)]
+    pub fn cumulative(&self) -> Cumulative {
+        self.mean(self)
+    }
+
     /// The mean of two distributions, with a floor for every symbol.
     #[inline(always)]
     pub fn mean(&self, other: &Frequencies) -> Cumulative {

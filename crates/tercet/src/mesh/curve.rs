@@ -67,18 +67,20 @@ impl Cells {
 /// keep their order. Time O(`items` + `keys`).
 fn places(items: u32, keys: u32, key: impl Fn(u32) -> u32) -> Vec<u32> {
     let mut start = vec![0u32; keys as usize + 1];
-    for i in 0..items {
-        start[key(i) as usize + 1] += 1;
+    // A key at first, then the place.
+    let mut places: Vec<u32> = (0..items).map(key).collect();
+    for &key in &places {
+        start[key as usize + 1] += 1;
     }
     for k in 0..keys as usize {
         start[k + 1] += start[k];
     }
-    let mut take = |i: u32| {
-        let place = &mut start[key(i) as usize];
-        *place += 1;
-        *place - 1
-    };
-    (0..items).map(&mut take).collect()
+    for place in &mut places {
+        let next = &mut start[*place as usize];
+        *place = *next;
+        *next += 1;
+    }
+    places
 }
 
 /// The inverse of a permutation.

@@ -51,37 +51,41 @@ pub(crate) fn cut(mesh: &Mesh) -> Cut {
 
 /// Pairs half-edges that run along one edge in opposite directions.
 fn pair_edges(vertex: &[u32], vertices: usize, opposite: &mut [u32]) {
-    let ends = |c: u32| (vertex[next(c) as usize], vertex[prev(c) as usize]);
-    let mut start = vec![0u32; vertices + 1];
-    let corners = 0..vertex.len() as u32;
-    for c in corners.clone() {
-        let (a, b) = ends(c);
-        start[a.min(b) as usize + 1] += 1;
+    // Where the half-edges of each vertex end in a list by their lesser end; while it is filled, where they begin.
+    let mut ends = vec![0u32; vertices + 1];
+    for face in vertex.chunks_exact(3) {
+        for (a, b) in [(face[1], face[2]), (face[2], face[0]), (face[0], face[1])] {
+            ends[a.min(b) as usize + 1] += 1;
+        }
     }
     for v in 0..vertices {
-        start[v + 1] += start[v];
+        ends[v + 1] += ends[v];
     }
-    let mut fill = start.clone();
-    let mut bucket = vec![0u32; vertex.len()];
-    for c in corners.clone() {
-        let (a, b) = ends(c);
-        let slot = &mut fill[a.min(b) as usize];
-        bucket[*slot as usize] = c;
-        *slot += 1;
+    // The greater end of each, and its corner.
+    let mut edges = vec![0u64; vertex.len()];
+    for (face, first) in vertex.chunks_exact(3).zip((0..).step_by(3)) {
+        for (a, b, c) in [(face[1], face[2], 0), (face[2], face[0], 1), (face[0], face[1], 2)] {
+            let slot = &mut ends[a.min(b) as usize];
+            edges[*slot as usize] = u64::from(a.max(b)) << 32 | u64::from(first + c as u32);
+            *slot += 1;
+        }
     }
-    for v in 0..vertices {
-        let edges = &mut bucket[start[v] as usize..start[v + 1] as usize];
-        let far = |c: u32| {
-            let (a, b) = ends(c);
-            a.max(b)
-        };
-        edges.sort_unstable_by_key(|&c| (far(c), c));
-        for same in edges.chunk_by(|&c, &d| far(c) == far(d)) {
+    let corner = |edge: u64| edge as u32;
+    let mut begin = 0;
+    for &end in &ends[..vertices] {
+        let edges = &mut edges[begin as usize..end as usize];
+        begin = end;
+        edges.sort_unstable();
+        for same in edges.chunk_by(|&c, &d| c >> 32 == d >> 32) {
             match *same {
                 [_] => {}
-                [c, d] if ends(c) != ends(d) => join(opposite, c, d),
-                [_, _] => {}
-                _ => pair_many(vertex, same, opposite),
+                [c, d] => {
+                    let (c, d) = (corner(c), corner(d));
+                    if vertex[next(c) as usize] != vertex[next(d) as usize] {
+                        join(opposite, c, d);
+                    }
+                }
+                _ => pair_many(vertex, &same.iter().map(|&c| corner(c)).collect::<Vec<_>>(), opposite),
             }
         }
     }

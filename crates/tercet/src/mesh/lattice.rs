@@ -55,8 +55,9 @@ impl Lattice {
             let x = f64::from(position[axis]);
             match self {
                 Lattice::Box { side, .. } if *side == 0.0 => 0,
+                // From 0 to `top`, which an `i32` holds for a mesh: what is cut off is above the floor.
                 Lattice::Box { origin, side, top, .. } => {
-                    floor(((x - origin[axis]) * top / side + 0.5).clamp(0.0, *top)) as i32
+                    ((x - origin[axis]) * top / side + 0.5).clamp(0.0, *top) as i32
                 }
                 Lattice::Decimal { exponent, step, origin } => {
                     let index = decimal_index(position[axis], *exponent).saturating_add(step / 2);

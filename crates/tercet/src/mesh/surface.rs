@@ -115,6 +115,7 @@ impl Surface {
     }
 
     /// One corner of every vertex: the one of smallest index.
+    #[cfg(any(test, feature = "remesh"))]
     pub fn any_corner(&self) -> Vec<u32> {
         self.any_corner_from(0)
     }

@@ -16,6 +16,7 @@ const LARGE_BASE: u32 = 20;
 const STUCK_SHARE: u32 = 100;
 
 /// A surface and the steps that lead down from it.
+#[derive(Clone)]
 pub(crate) struct Hierarchy {
     finest: Surface,
     /// Finest first.
@@ -56,8 +57,9 @@ impl Hierarchy {
                     gone > real / share
                 }),
             };
-            let Some(step) = step else { break };
-            let mut coarse: Vec<[i32; 3]> = step.kept.iter().map(|&v| positions[v as usize]).collect();
+            let Some(mut step) = step else { break };
+            let kept = std::mem::take(&mut step.kept);
+            let mut coarse: Vec<[i32; 3]> = kept.into_iter().map(|v| positions[v as usize]).collect();
             if step.kind != StepKind::Adaptive && rule != Update::None {
                 let gone = step.removed(fine);
                 let mut odd: Vec<[i32; 3]> = gone.iter().map(|&v| positions[v as usize]).collect();
@@ -76,6 +78,11 @@ impl Hierarchy {
     pub fn left(&self) -> u32 {
         let coarsest = self.surface(self.steps.len());
         coarsest.vertices - coarsest.virtuals
+    }
+
+    /// Takes the finest surface out, which is then empty.
+    pub fn take_finest(&mut self) -> Surface {
+        std::mem::take(&mut self.finest)
     }
 
     /// The surface after `level` reverse steps.

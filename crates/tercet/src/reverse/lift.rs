@@ -4,6 +4,9 @@ use super::{Reduction, StepKind};
 use crate::mesh::{NONE, Surface, next, prev};
 use crate::subdivide::Refined;
 
+/// Offset of the corner at the new vertex whose next vertex is the split face's corner 0.
+const AT_NEW_VERTEX: u32 = 8;
+
 /// Carries the correspondence of the decoder's surface with the encoder's one level up.
 ///
 /// `coarse_map` gives for each face of the decoder's coarse surface the corner of
@@ -18,11 +21,23 @@ use crate::subdivide::Refined;
 pub(crate) fn lift(refined: &Refined, reduction: &Reduction, fine: &Surface, coarse_map: &[u32]) -> Vec<u32> {
     let surface = &refined.surface;
     let mut map = vec![NONE; surface.faces() as usize];
-    let mut reached = Vec::with_capacity(map.len());
-    for (&first, &corner) in refined.first.iter().zip(coarse_map) {
-        if let Some((offset, d)) = seed(reduction, fine, corner) {
-            tie(&mut map, &mut reached, 3 * first + offset, d);
+    let seeds = refined.first.iter().zip(coarse_map).filter_map(|(&first, &corner)| {
+        let (offset, d) = seed(reduction, fine, corner)?;
+        Some((first, offset, d))
+    });
+    if matches!(reduction.kind, StepKind::Adaptive | StepKind::Sqrt3Even) {
+        // A face is as it was or has a new vertex, and each of those is in a seed: no other edge need be crossed.
+        for (first, offset, d) in seeds {
+            match offset {
+                AT_NEW_VERTEX => tie_fan(&mut map, surface, 3 * first + offset, fine, d),
+                _ => map[first as usize] = d,
+            }
         }
+        return map;
+    }
+    let mut reached = Vec::with_capacity(map.len());
+    for (first, offset, d) in seeds {
+        tie(&mut map, &mut reached, 3 * first + offset, d);
     }
     while let Some(f) = reached.pop() {
         let mut d = map[f as usize];
@@ -43,6 +58,14 @@ fn tie(map: &mut [u32], reached: &mut Vec<u32>, c: u32, d: u32) {
     }
 }
 
+/// Notes that the faces around the vertex of `d` correspond to those around the vertex of `c`.
+fn tie_fan(map: &mut [u32], surface: &Surface, c: u32, fine: &Surface, mut d: u32) {
+    for c in surface.fan(c) {
+        map[(c / 3) as usize] = corner_zero(c, d);
+        d = fine.swing(d);
+    }
+}
+
 /// What corresponds to corner 0 of the face of `c` if `d` corresponds to `c`.
 fn corner_zero(c: u32, d: u32) -> u32 {
     match c % 3 {
@@ -56,8 +79,6 @@ fn corner_zero(c: u32, d: u32) -> u32 {
 /// decoder's as an offset from the first corner that its face became, and the encoder's.
 /// `corner` is the encoder's coarse corner corresponding to the decoder's corner 0.
 fn seed(reduction: &Reduction, fine: &Surface, corner: u32) -> Option<(u32, u32)> {
-    /// Offset of the corner at the new vertex whose next vertex is the split face's corner 0.
-    const AT_NEW_VERTEX: u32 = 8;
     /// Offset of the corner at the first new vertex of a cut boundary edge, the second one next.
     const AT_CUT: u32 = 3;
     /// Offset of the middle face's corner across from the quartered face's corner 0.

@@ -23,13 +23,14 @@ pub(crate) use lift::lift;
 pub use scheme::LevelScheme;
 
 /// One reverse step, as the encoder found it.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Reduction {
     /// How `coarse` refines to the fine surface.
     pub kind: StepKind,
     /// The coarse surface. Its virtual vertices are those of the fine one, in the same order.
     pub coarse: Surface,
-    /// For each coarse vertex, its number on the fine surface; ascending.
+    /// For each coarse vertex, its number on the fine surface; ascending. Empty in a hierarchy, which has the
+    /// positions.
     pub kept: Vec<u32>,
     /// For each coarse face, whether refinement inserts a vertex in it. For `Sqrt3Odd` also
     /// true of faces on the boundary, which receive two on their boundary edge. Empty for

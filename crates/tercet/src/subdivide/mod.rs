@@ -12,6 +12,7 @@ mod forward;
 mod lifting;
 mod predict;
 mod refine;
+mod rings;
 mod sqrt3;
 mod stencil;
 mod weights;

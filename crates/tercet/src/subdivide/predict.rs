@@ -1,6 +1,6 @@
 //! Positions of a regular step's new vertices: predicted on the lattice, or subdivided in floats.
 
-use super::{Refined, StepKind, for_each_stencil, refine_regular};
+use super::{Refined, StepKind, for_each_stencil, refine_regular, rings};
 use crate::mesh::Surface;
 
 /// Fraction bits of a prediction.
@@ -19,7 +19,10 @@ pub(crate) fn round(prediction: [i64; 3]) -> [i32; 3] {
 /// rounded once to nearest with halves upwards: the same integers on every machine. Moving the
 /// positions by a lattice vector moves the answer by exactly as much. Linear time.
 pub(crate) fn predict_regular(coarse: &Surface, kind: StepKind, positions: &[[i32; 3]]) -> Vec<[i64; 3]> {
-    let mut predicted = Vec::with_capacity(coarse.faces() as usize);
+    if kind != StepKind::Butterfly {
+        return rings::predict(coarse, kind, positions);
+    }
+    let mut predicted = Vec::with_capacity(coarse.vertex.len() / 2);
     for_each_stencil(coarse, kind, |_, stencil| predicted.push(stencil.fixed(positions, FRACTION_BITS)));
     predicted
 }

@@ -33,13 +33,16 @@ pub(crate) struct Refined {
 /// ```
 pub(crate) fn refine(coarse: &Surface, split: &[bool], flips: &[u32]) -> Refined {
     let mut first = Vec::with_capacity(split.len());
-    let mut heirs = Vec::with_capacity(coarse.vertex.len());
     let mut count = 0;
     for &s in split {
         first.push(count);
-        heirs.extend([0, 1, 2].map(|k| 3 * count + if s { 3 * k + 2 } else { k }));
         count += if s { 3 } else { 1 };
     }
+    // The corner that faces the edge that coarse corner `c` faces, before flips.
+    let heir = |c: u32| {
+        let (f, k) = (c / 3, c % 3);
+        3 * first[f as usize] + if split[f as usize] { 3 * k + 2 } else { k }
+    };
     // Each face is written as if it were split; what is too much the next one overwrites.
     const SPARE: usize = 6;
     let corners = 3 * count as usize;
@@ -51,7 +54,7 @@ pub(crate) fn refine(coarse: &Surface, split: &[bool], flips: &[u32]) -> Refined
         let o = 3 * first;
         let i = o as usize;
         let [t0, t1, t2] = [t[0], t[1], t[2]];
-        let [h0, h1, h2] = [across[0], across[1], across[2]].map(|c| heirs[c as usize]);
+        let [h0, h1, h2] = [across[0], across[1], across[2]].map(heir);
         let [x, y, z] = if s { [t1, t2, v] } else { [t0, t1, t2] };
         vertex[i..i + 9].copy_from_slice(&[x, y, z, t2, t0, v, t0, t1, v]);
         let [x, y, z] = if s { [o + 4, o + 6, h0] } else { [h0, h1, h2] };
@@ -62,7 +65,7 @@ pub(crate) fn refine(coarse: &Surface, split: &[bool], flips: &[u32]) -> Refined
     opposite.truncate(corners);
     let mut fine = Surface { vertex, opposite, vertices: v, virtuals: coarse.virtuals };
     for &c in flips {
-        flip_edge(&mut fine, heirs[c as usize], heirs[coarse.across(c) as usize]);
+        flip_edge(&mut fine, heir(c), heir(coarse.across(c)));
     }
     Refined { surface: fine, first }
 }

@@ -31,6 +31,7 @@ use crate::mesh::{NONE, Surface, next, prev};
 /// Returns `None` if the odd step does not apply (see [`odd_applies`]) or `kind` is no √3 step.
 pub(crate) fn refine_sqrt3(coarse: &Surface, kind: StepKind) -> Option<Refined> {
     match kind {
+        StepKind::Sqrt3Even | StepKind::Sqrt3Odd if coarse.virtuals == 0 => Some(refine_closed(coarse)),
         StepKind::Sqrt3Even => Some(refine_even(coarse)),
         StepKind::Sqrt3Odd => Some(refine_odd(coarse, &boundary_apexes(coarse)?)),
         StepKind::Adaptive | StepKind::Butterfly => None,
@@ -47,6 +48,40 @@ pub(crate) fn odd_applies(coarse: &Surface) -> bool {
 /// Whether an edge, given by a corner opposite to it, lies between two real faces.
 fn is_inner_edge(surface: &Surface, c: u32) -> bool {
     !surface.is_virtual_face(c / 3) && !surface.is_virtual_face(surface.across(c) / 3)
+}
+
+/// A step of a closed surface, in which either generation does the same, written without an intermediate surface.
+///
+/// Every coarse corner *c*, of face *f* with its edge *x*→*y* opposite and face *g* across from it, leaves
+/// the fine face (*x*, *w*, *v*), number *c*, where *v* is the new vertex of *f* and *w* that of *g*:
+///
+/// ```text
+///            y
+///          / | \
+///        /   |   \        before: *v* and *w* on either side of the edge;
+///      v ----+---- w      after: that edge flipped, so that *v*–*w* is one
+///        \   |   /        of the face of *c*, below, and of that of opposite(c), above
+///          \ | /
+///            x
+/// ```
+///
+/// Beyond *x*–*v* there lies the face of the corner across from prev(*c*), beyond *w*–*x* that of the
+/// corner after the one across from *c*.
+fn refine_closed(coarse: &Surface) -> Refined {
+    let (mut vertex, mut opposite) = (vec![0; 3 * coarse.vertex.len()], vec![0; 3 * coarse.vertex.len()]);
+    let faces = coarse.vertex.chunks_exact(3).zip(coarse.opposite.chunks_exact(3));
+    let fine = vertex.chunks_exact_mut(9).zip(opposite.chunks_exact_mut(9));
+    for ((v, (t, across)), (vertex, opposite)) in (coarse.vertices..).zip(faces).zip(fine) {
+        for k in 0..3 {
+            let (here, beyond) = (3 * k..3 * k + 3, across[k]);
+            vertex[here.clone()].copy_from_slice(&[t[(k + 1) % 3], coarse.vertices + beyond / 3, v]);
+            let around = [3 * beyond, 3 * across[(k + 2) % 3] + 2, 3 * next(beyond) + 1];
+            opposite[here].copy_from_slice(&around);
+        }
+    }
+    let vertices = coarse.vertices + coarse.faces();
+    let surface = Surface { vertex, opposite, vertices, virtuals: 0 };
+    Refined { surface, first: (0..coarse.faces()).map(|f| 3 * f).collect() }
 }
 
 fn refine_even(coarse: &Surface) -> Refined {
@@ -169,6 +204,17 @@ mod tests {
             let odd = refine_sqrt3(&even, StepKind::Sqrt3Odd).unwrap().surface;
             odd.validate().unwrap_or_else(|e| panic!("{name}: {e}"));
             assert_eq!(odd.faces(), 3 * even.faces(), "{name}");
+        }
+    }
+
+    #[test]
+    fn a_closed_surface_is_the_one_that_splits_and_flips_make() {
+        for (name, coarse) in shapes::all().into_iter().filter(|(_, coarse)| coarse.virtuals == 0) {
+            let (direct, flipped) = (refine_closed(&coarse), refine_even(&coarse));
+            assert_eq!(direct.first, flipped.first, "{name}");
+            assert_eq!(direct.surface, flipped.surface, "{name}");
+            let apexes = boundary_apexes(&coarse).unwrap();
+            assert_eq!(direct.surface, refine_odd(&coarse, &apexes).surface, "{name}");
         }
     }
 

@@ -1,7 +1,7 @@
 //! Where the new vertices of a step lie: each rule written once, as weights.
 //!
-//! Prediction in integers, subdivision in floats and the transpose in the update step all walk
-//! the same [`Stencil`]s. Those of √3 steps follow; those of butterfly steps are in
+//! Subdivision in floats, the transpose in the update step and prediction in integers all walk
+//! the same [`Stencil`]s, or, in √3 steps, sums that come to the same ([`rings`](super::rings)). Those of √3 steps follow; those of butterfly steps are in
 //! [`butterfly::stencil`]. Every rule's weights sum to one exactly, and every rule but the
 //! extraordinary ones reproduces linear functions on the regular lattice.
 //!
@@ -190,18 +190,22 @@ fn is_boundary_edge(coarse: &Surface, c: u32) -> bool {
 pub(super) fn inner_valences(coarse: &Surface, kind: StepKind) -> Vec<u8> {
     let known = |n: u32| if (3..=MAX_VALENCE as u32).contains(&n) { n as u8 } else { PLAIN };
     let mut valences: Vec<u8> = coarse.valences().into_iter().map(known).collect();
-    if coarse.virtuals > 0 {
-        for f in (0..coarse.faces()).filter(|&f| coarse.is_virtual_face(f)) {
-            for v in coarse.face(f) {
-                valences[v as usize] = PLAIN;
-            }
-            if kind == StepKind::Sqrt3Odd {
-                let apexes = (3 * f..3 * f + 3).filter(|&c| coarse.is_virtual(coarse.at(c)));
-                apexes.for_each(|c| valences[coarse.at(coarse.across(c)) as usize] = PLAIN);
-            }
+    mark_boundary(coarse, kind, |v| valences[v as usize] = PLAIN);
+    valences
+}
+
+/// Calls `mark` with the vertices that are plain because of a boundary.
+pub(super) fn mark_boundary(coarse: &Surface, kind: StepKind, mut mark: impl FnMut(u32)) {
+    if coarse.virtuals == 0 {
+        return;
+    }
+    for f in (0..coarse.faces()).filter(|&f| coarse.is_virtual_face(f)) {
+        coarse.face(f).into_iter().for_each(&mut mark);
+        if kind == StepKind::Sqrt3Odd {
+            let apexes = (3 * f..3 * f + 3).filter(|&c| coarse.is_virtual(coarse.at(c)));
+            apexes.for_each(|c| mark(coarse.at(coarse.across(c))));
         }
     }
-    valences
 }
 
 /// Calls `visit` with the number, from 0, and the stencil of each vertex that the step `kind`, which
@@ -217,36 +221,47 @@ pub(crate) fn for_each_stencil(coarse: &Surface, kind: StepKind, mut visit: impl
     let valences = inner_valences(coarse, kind);
     let mut stencil = Stencil::default();
     let mut index = 0;
-    let mut give = |stencil: &Stencil| {
-        visit(index, stencil);
-        index += 1;
-    };
     for f in (0..coarse.faces()).filter(|&f| !coarse.is_virtual_face(f)) {
-        let corners = [3 * f, 3 * f + 1, 3 * f + 2];
-        let valence = corners.map(|c| valences[coarse.at(c) as usize]);
-        let mut outer = [0; 3];
-        let mut count = 0;
-        if valence.contains(&PLAIN) {
-            for c in corners.into_iter().filter(|&c| is_boundary_edge(coarse, c)) {
-                outer[count] = c;
-                count += 1;
+        let valences = coarse.face(f).map(|v| valences[v as usize]);
+        of_face(&mut stencil, coarse, kind, f, valences, |stencil| {
+            visit(index, stencil);
+            index += 1;
+        });
+    }
+}
+
+/// Gives the stencils of the new vertices of real face `f`, whose corners have these inner valences.
+pub(super) fn of_face(
+    stencil: &mut Stencil,
+    coarse: &Surface,
+    kind: StepKind,
+    f: u32,
+    valences: [u8; 3],
+    mut give: impl FnMut(&Stencil),
+) {
+    let corners = [3 * f, 3 * f + 1, 3 * f + 2];
+    let mut outer = [0; 3];
+    let mut count = 0;
+    if valences.contains(&PLAIN) {
+        for c in corners.into_iter().filter(|&c| is_boundary_edge(coarse, c)) {
+            outer[count] = c;
+            count += 1;
+        }
+    }
+    match (count, kind) {
+        (0, _) => {
+            stencil.inner(coarse, kind, corners, valences);
+            give(stencil);
+        }
+        (_, StepKind::Sqrt3Odd) => {
+            for mirrored in [false, true] {
+                stencil.on_odd_boundary(coarse, outer[0], mirrored);
+                give(stencil);
             }
         }
-        match (count, kind) {
-            (0, _) => {
-                stencil.inner(coarse, kind, corners, valence);
-                give(&stencil);
-            }
-            (_, StepKind::Sqrt3Odd) => {
-                for mirrored in [false, true] {
-                    stencil.on_odd_boundary(coarse, outer[0], mirrored);
-                    give(&stencil);
-                }
-            }
-            _ => {
-                stencil.on_even_boundary(coarse, corners, &outer[..count]);
-                give(&stencil);
-            }
+        _ => {
+            stencil.on_even_boundary(coarse, corners, &outer[..count]);
+            give(stencil);
         }
     }
 }

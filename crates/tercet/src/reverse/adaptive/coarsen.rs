@@ -11,22 +11,23 @@ use crate::reverse::{Reduction, StepKind};
 /// face has, so they inherit the locality of the fine ones.
 pub(super) fn coarsen(fine: &Surface, corner: &[u32], odd: &[Option<Flips>]) -> Reduction {
     let mut builder = Builder::new(fine, odd);
-    for c in 0..fine.vertex.len() as u32 {
-        let v = fine.at(c);
-        if let Some(flips) = odd[v as usize] {
-            if corner[v as usize] == c {
+    for f in 0..fine.faces() {
+        let vertices = fine.face(f);
+        let removed = vertices.map(|v| odd[v as usize]);
+        if removed == [None; 3] {
+            builder.plain_face(3 * f);
+            continue;
+        }
+        for k in 0..3 {
+            let c = 3 * f + k as u32;
+            if let Some(flips) = removed[k]
+                && corner[vertices[k] as usize] == c
+            {
                 builder.split_face(c, flips);
             }
-        } else if c % 3 == 0 && odd_free(fine, odd, c) {
-            builder.plain_face(c);
         }
     }
     builder.finish()
-}
-
-/// Whether no vertex of the face with corner `c` is odd.
-fn odd_free(fine: &Surface, odd: &[Option<Flips>], c: u32) -> bool {
-    fine.face(c / 3).iter().all(|&v| odd[v as usize].is_none())
 }
 
 struct Builder<'a> {
@@ -43,10 +44,13 @@ struct Builder<'a> {
 
 impl<'a> Builder<'a> {
     fn new(fine: &'a Surface, odd: &'a [Option<Flips>]) -> Self {
-        let kept: Vec<u32> = (0..fine.vertices).filter(|&v| odd[v as usize].is_none()).collect();
-        let mut number = vec![NONE; odd.len()];
-        for (i, &v) in kept.iter().enumerate() {
-            number[v as usize] = i as u32;
+        let mut kept = Vec::with_capacity(odd.len());
+        let mut number = Vec::with_capacity(odd.len());
+        for (v, odd) in (0..).zip(odd) {
+            number.push(kept.len() as u32);
+            if odd.is_none() {
+                kept.push(v);
+            }
         }
         // Each removal leaves two faces fewer.
         let faces = fine.faces() as usize - 2 * (odd.len() - kept.len());
@@ -92,13 +96,13 @@ impl<'a> Builder<'a> {
             fan[valence] = d;
             valence += 1;
         }
-        let ring = |i: usize| self.fine.at(next(fan[i % valence]));
+        let ring = |i: usize| self.fine.at(next(fan[i]));
         let corners = corners_of(flips);
         let face = self.push(corners.map(ring), true, fan[corners[0]]);
         for (k, x) in corners.into_iter().enumerate() {
             // From x to the next corner around v: one fine face, or two and a flipped spoke to w.
             let facing = face + (k as u32 + 2) % 3;
-            let w = (x + 1) % valence;
+            let w = if x + 1 == valence { 0 } else { x + 1 };
             if flips >> w & 1 == 0 {
                 self.heir[fan[x] as usize] = facing;
                 continue;

@@ -26,7 +26,9 @@
 //! taken greedily by a [score] that rewards dense packing and predictable positions.
 
 mod coarsen;
+mod fan;
 mod queue;
+mod root;
 mod score;
 mod select;
 #[cfg(test)]
@@ -35,7 +37,7 @@ mod tests;
 pub(crate) use select::BLOCK;
 
 use super::Reduction;
-use crate::mesh::Surface;
+use crate::mesh::{NONE, Surface};
 
 /// The ring positions whose spokes are flipped, as a bit set.
 type Flips = u8;
@@ -55,6 +57,7 @@ const FLIP_SETS: [&[Flips]; MAX_VALENCE + 1] = [
 ];
 
 /// The three ring positions, ascending, that a flip set leaves unflipped.
+#[inline(always)]
 fn corners_of(flips: Flips) -> [usize; 3] {
     let mut unset = !flips;
     [(); 3].map(|()| {
@@ -64,13 +67,26 @@ fn corners_of(flips: Flips) -> [usize; 3] {
     })
 }
 
+/// The corner of smallest index of each vertex, and the number of its faces, at most 255.
+fn fans(fine: &Surface) -> (Vec<u32>, Vec<u8>) {
+    let mut corner = vec![NONE; fine.vertices as usize];
+    let mut valence = vec![0u8; fine.vertices as usize];
+    for c in (0..fine.vertex.len() as u32).rev() {
+        let v = fine.at(c) as usize;
+        corner[v] = c;
+        valence[v] = valence[v].saturating_add(1);
+    }
+    (corner, valence)
+}
+
 /// Chooses a set of vertices to divide off and returns the step, or `None` if there is none.
 ///
 /// `positions` holds lattice coordinates below 2^26 in magnitude, one point a vertex of `fine`;
 /// those of virtual vertices are ignored. They guide the choice only: any positions give a
 /// valid step. Deterministic, integer, linear time; about 80 bytes a vertex of scratch memory.
 pub(crate) fn reduce(fine: &Surface, positions: &[[i32; 3]]) -> Option<Reduction> {
-    let corner = fine.any_corner();
-    let odd = select::select(fine, &corner, positions);
+    let (corner, valence) = fans(fine);
+    let odd = select::select(fine, &corner, &valence, positions);
+    drop(valence);
     odd.iter().any(Option::is_some).then(|| coarsen::coarsen(fine, &corner, &odd))
 }

@@ -32,14 +32,14 @@ impl BucketQueue {
         }
     }
 
-    /// Takes an item out of the highest bucket that has one.
-    pub fn pop(&mut self) -> Option<u32> {
+    /// Takes an item out of the highest bucket that has one; also says which that is.
+    pub fn pop(&mut self) -> Option<(u32, usize)> {
         loop {
             while let Some(item) = self.stacks[self.top].pop() {
                 let place = &mut self.bucket[item as usize];
                 if *place == self.top as u16 {
                     *place = ABSENT;
-                    return Some(item);
+                    return Some((item, self.top));
                 }
             }
             self.top = self.top.checked_sub(1)?;
@@ -57,11 +57,11 @@ mod tests {
         for (item, bucket) in [(0, 1), (1, 3), (2, 1), (3, 0), (4, 2)] {
             queue.put(item, bucket);
         }
-        assert_eq!(queue.pop(), Some(1));
+        assert_eq!(queue.pop(), Some((1, 3)));
         queue.put(3, 3);
         queue.put(2, 0);
-        let rest: Vec<u32> = std::iter::from_fn(|| queue.pop()).collect();
-        assert_eq!(rest, [3, 4, 0, 2]);
+        let rest: Vec<_> = std::iter::from_fn(|| queue.pop()).collect();
+        assert_eq!(rest, [(3, 3), (4, 2), (0, 1), (2, 0)]);
     }
 
     #[test]
@@ -70,7 +70,7 @@ mod tests {
         for bucket in [2, 0, 2, 1, 2] {
             queue.put(0, bucket);
         }
-        assert_eq!(queue.pop(), Some(0));
+        assert_eq!(queue.pop(), Some((0, 2)));
         assert_eq!(queue.pop(), None);
     }
 }

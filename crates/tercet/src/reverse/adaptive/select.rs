@@ -1,17 +1,20 @@
 //! The greedy choice of the odd vertices.
 
+use super::fan::Scaled;
 use super::queue::BucketQueue;
-use super::score::{Scaled, Star, State, THRESHOLD, UNIT};
+use super::score::{Star, State, THRESHOLD, UNIT};
 use super::{Flips, MAX_VALENCE, corners_of};
 use crate::mesh::{NONE, Surface, next};
 
 /// Buckets for each unit of score, from one unit below the threshold up.
 const BUCKETS_PER_UNIT: i32 = 12;
+/// That of the threshold.
+const LEAST_BUCKET: usize = BUCKETS_PER_UNIT as usize;
 /// Buckets in all; their range covers the scores that occur.
 const BUCKETS: usize = 320;
 /// No edge is made between two vertices both of higher valence than this, so that looking for
 /// an edge takes constant time.
-const LARGEST_WALK: u32 = 30;
+const LARGEST_WALK: u8 = 30;
 
 /// Vertices that compete at a time. Going through a large surface in order of score alone
 /// visits memory at random and takes twice the time; blocks of neighbouring numbers stay in
@@ -20,23 +23,30 @@ pub(crate) const BLOCK: usize = 1 << 17;
 
 /// Chooses odd vertices with their flip sets, in each block of vertices by descending score.
 ///
-/// `corner` holds the first corner of each vertex; ring positions count from it.
-pub(super) fn select(fine: &Surface, corner: &[u32], positions: &[[i32; 3]]) -> Vec<Option<Flips>> {
-    let mut selector = Selector::new(fine, corner, positions);
+/// `corner` holds the first corner of each vertex; ring positions count from it. `valence` is right up to 254.
+pub(super) fn select(
+    fine: &Surface,
+    corner: &[u32],
+    valence: &[u8],
+    positions: &[[i32; 3]],
+) -> Vec<Option<Flips>> {
+    let mut selector = Selector::new(fine, corner, valence, positions);
     for first in (0..fine.vertices).step_by(BLOCK) {
         selector.compete(first);
     }
-    selector.odd
+    let Selector { state, flips, .. } = selector;
+    state.into_iter().zip(flips).map(|(state, flips)| (state == State::Odd).then_some(flips)).collect()
 }
 
 struct Selector<'a> {
     fine: &'a Surface,
     corner: &'a [u32],
-    valence: Vec<u32>,
+    valence: &'a [u8],
     /// Meaningful for vertices that are or were candidates.
     star: Vec<Star>,
     state: Vec<State>,
-    odd: Vec<Option<Flips>>,
+    /// The best flip set of a candidate when it was last scored; that of an odd vertex.
+    flips: Vec<Flips>,
     planned: PlannedEdges,
     queue: BucketQueue,
     /// Number of the commitment that last re-scored a vertex.
@@ -47,9 +57,8 @@ struct Selector<'a> {
 }
 
 impl<'a> Selector<'a> {
-    fn new(fine: &'a Surface, corner: &'a [u32], positions: &[[i32; 3]]) -> Self {
+    fn new(fine: &'a Surface, corner: &'a [u32], valence: &'a [u8], positions: &[[i32; 3]]) -> Self {
         let n = fine.vertices as usize;
-        let valence = fine.valences();
         let scaled = Scaled::new(positions, fine.virtuals);
         let mut star = vec![Star::NONE; n];
         let mut state = vec![State::Kept; n];
@@ -57,9 +66,10 @@ impl<'a> Selector<'a> {
             let i = v as usize;
             if valence[i] as usize > MAX_VALENCE {
                 state[i] = State::Hub;
-            } else if let Some((ring, d)) = simple_ring(fine, corner[i], valence[i]) {
-                star[i] = Star::new(v, &ring[..d], fine.virtuals, &scaled);
-                state[i] = if d == MAX_VALENCE { State::Candidate } else { State::LowCandidate };
+            } else if let Some(ring) = simple_ring(fine, corner[i], valence[i]) {
+                star[i] = Star::new(v, ring, valence[i], fine.virtuals, &scaled);
+                let is_low = (valence[i] as usize) < MAX_VALENCE;
+                state[i] = if is_low { State::LowCandidate } else { State::Candidate };
             }
         }
         state[..fine.virtuals as usize].fill(State::Kept);
@@ -69,7 +79,7 @@ impl<'a> Selector<'a> {
             valence,
             star,
             state,
-            odd: vec![None; n],
+            flips: vec![0; n],
             planned: PlannedEdges::new(n),
             queue: BucketQueue::new(BUCKETS, n),
             stamp: vec![0; n],
@@ -84,8 +94,13 @@ impl<'a> Selector<'a> {
         for v in (first..self.end).rev() {
             self.enqueue(v);
         }
-        while let Some(v) = self.queue.pop() {
-            if self.state[v as usize].is_candidate() {
+        while let Some((v, bucket)) = self.queue.pop() {
+            if !self.state[v as usize].is_candidate() {
+                continue;
+            }
+            if bucket < LEAST_BUCKET {
+                self.state[v as usize] = State::Kept;
+            } else {
                 self.decide(v);
             }
         }
@@ -98,8 +113,9 @@ impl<'a> Selector<'a> {
             return;
         }
         match self.star[i].best(&self.state) {
-            Some((score, _)) => {
-                let bucket = (score - THRESHOLD + UNIT) * BUCKETS_PER_UNIT / UNIT;
+            Some((score, flips)) => {
+                self.flips[i] = flips;
+                let bucket = (score - THRESHOLD) * BUCKETS_PER_UNIT / UNIT + LEAST_BUCKET as i32;
                 self.queue.put(v, bucket.clamp(0, BUCKETS as i32 - 1) as usize);
             }
             None => self.state[i] = State::Kept,
@@ -108,20 +124,18 @@ impl<'a> Selector<'a> {
 
     /// Divides v off with its best flip set, or keeps it, or finds a flip impossible and puts
     /// it back. Edges are looked up here only: most candidates never come so far.
+    ///
+    /// The set is as good as possible: whenever a neighbour is divided off or blocked, v is scored again.
     fn decide(&mut self, v: u32) {
         let i = v as usize;
-        match self.star[i].best(&self.state) {
-            Some((score, flips)) if score >= THRESHOLD => {
-                if let Some(spoke) = self.obstructed(v, flips) {
-                    self.star[i].ban(spoke);
-                    self.enqueue(v);
-                } else if self.repeats_a_face(v, flips) {
-                    self.state[i] = State::Kept;
-                } else {
-                    self.commit(v, flips);
-                }
-            }
-            _ => self.state[i] = State::Kept,
+        let flips = self.flips[i];
+        if let Some(spoke) = self.obstructed(v, flips) {
+            self.star[i].ban(spoke);
+            self.enqueue(v);
+        } else if self.repeats_a_face(v, flips) {
+            self.state[i] = State::Kept;
+        } else {
+            self.commit(v, flips);
         }
     }
 
@@ -136,9 +150,11 @@ impl<'a> Selector<'a> {
                 fresh &= !(1 << i);
             }
         }
+        let before = move |i: usize| if i == 0 { d - 1 } else { i - 1 };
+        let after = move |i: usize| if i + 1 == d { 0 } else { i + 1 };
         (0..d)
             .filter(move |i| fresh >> i & 1 == 1)
-            .map(move |i| (i, star.ring[(i + d - 1) % d], star.ring[(i + 1) % d]))
+            .map(move |i| (i, star.ring[before(i)], star.ring[after(i)]))
     }
 
     /// A spoke of the set whose flip would make an edge that exists or is planned.
@@ -154,9 +170,14 @@ impl<'a> Selector<'a> {
 
     fn edge_exists(&self, x: u32, y: u32) -> bool {
         let (near, far) = self.by_valence(x, y);
-        self.valence[near as usize] > LARGEST_WALK
-            || self.planned.contains(near, far)
-            || self.fine.fan(self.corner[near as usize]).any(|c| self.fine.at(next(c)) == far)
+        if self.valence[near as usize] > LARGEST_WALK || self.planned.contains(near, far) {
+            return true;
+        }
+        let star = &self.star[near as usize];
+        match star.valence {
+            0 => self.fine.fan(self.corner[near as usize]).any(|c| self.fine.at(next(c)) == far),
+            _ => star.ring.contains(&far),
+        }
     }
 
     /// Whether the coarse face of v would have the same corners as another face.
@@ -166,19 +187,23 @@ impl<'a> Selector<'a> {
         let star = &self.star[v as usize];
         let corners = corners_of(flips).map(|i| star.ring[i]);
         let same = |w: u32| {
-            self.odd[w as usize].is_some_and(|flips| {
-                let others = corners_of(flips).map(|i| self.star[w as usize].ring[i]);
-                others.iter().all(|x| corners.contains(x))
-            })
+            self.state[w as usize] == State::Odd
+                && corners_of(self.flips[w as usize])
+                    .iter()
+                    .all(|&i| corners.contains(&self.star[w as usize].ring[i]))
         };
-        let d = star.valence as usize;
-        if star.ring[..d].iter().any(|&w| same(w)) {
+        if star.ring.iter().enumerate().any(|(i, &w)| flips >> i & 1 == 1 && same(w)) {
             return true;
         }
-        self.fine.fan(self.corner[v as usize]).any(|c| {
-            let apex = self.fine.at(self.fine.across(c));
-            same(apex) || (d == 3 && corners.contains(&apex))
-        })
+        let d = star.valence;
+        // Edges across from v that its flips leave alone: none if d is 6.
+        let old = |i: u8| (flips | flips << d) >> i & 3 == 0;
+        let corner = self.corner[v as usize];
+        d < 6
+            && (0..d).zip(self.fine.fan(corner)).filter(|&(i, _)| old(i)).any(|(_, c)| {
+                let apex = self.fine.at(self.fine.across(c));
+                same(apex) || (d == 3 && corners.contains(&apex))
+            })
     }
 
     fn commit(&mut self, v: u32, flips: Flips) {
@@ -189,7 +214,6 @@ impl<'a> Selector<'a> {
             self.planned.insert(near, far);
         }
         self.state[i] = State::Odd;
-        self.odd[i] = Some(flips);
         self.commitments += 1;
         let mut settled = [NONE; 3];
         for (k, corner) in corners_of(flips).into_iter().enumerate() {
@@ -222,7 +246,7 @@ impl<'a> Selector<'a> {
 
 /// The ring of the vertex at `corner` if its valence is 3 to 6, its members differ from each
 /// other and from it, and at most one is virtual.
-fn simple_ring(fine: &Surface, corner: u32, valence: u32) -> Option<([u32; MAX_VALENCE], usize)> {
+fn simple_ring(fine: &Surface, corner: u32, valence: u8) -> Option<[u32; MAX_VALENCE]> {
     let d = valence as usize;
     if !(3..=MAX_VALENCE).contains(&d) {
         return None;
@@ -238,7 +262,7 @@ fn simple_ring(fine: &Surface, corner: u32, valence: u32) -> Option<([u32; MAX_V
         virtuals += fine.is_virtual(w) as u32;
         ring[i] = w;
     }
-    (virtuals <= 1).then_some((ring, d))
+    (virtuals <= 1).then_some(ring)
 }
 
 /// The edges that flips will make, listed at one end each.

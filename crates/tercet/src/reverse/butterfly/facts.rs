@@ -14,9 +14,12 @@ impl Facts {
     /// Gathers them; `None` if the number of faces or the way in which virtual faces fill the
     /// boundary excludes a division at once.
     pub fn gather(fine: &Surface) -> Option<Facts> {
+        let real = fine.real_faces();
+        if real == 0 || !real.is_multiple_of(4) {
+            return None;
+        }
         let mut faces = vec![0u32; fine.vertices as usize];
         let mut hidden = vec![0u32; fine.vertices as usize];
-        let mut real = fine.faces();
         for c in 0..fine.vertex.len() as u32 {
             faces[fine.at(c) as usize] += 1;
             if !fine.is_virtual(fine.at(c)) {
@@ -26,11 +29,7 @@ impl Facts {
             if ends.iter().any(|&v| fine.is_virtual(v)) || fine.is_virtual_face(fine.across(c) / 3) {
                 return None;
             }
-            real -= 1;
             ends.iter().for_each(|&v| hidden[v as usize] += 1);
-        }
-        if real == 0 || !real.is_multiple_of(4) {
-            return None;
         }
         let counts = faces.into_iter().zip(hidden).enumerate();
         let may_be_odd = counts.map(|(v, n)| !fine.is_virtual(v as u32) && matches!(n, (6, 0) | (5, 2)));

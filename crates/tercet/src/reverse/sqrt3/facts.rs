@@ -23,13 +23,16 @@ impl Facts {
     /// Gathers them; `None` if the number of faces or the way in which virtual faces fill the
     /// boundary excludes a division at once.
     pub fn gather(fine: &Surface, kind: StepKind) -> Option<Facts> {
+        let real = fine.real_faces();
+        if real == 0 || !real.is_multiple_of(3) {
+            return None;
+        }
         let n = fine.vertices as usize;
         let even_kind = kind == StepKind::Sqrt3Even;
         let mut evens = vec![1u8; fine.faces() as usize];
         let mut faces = vec![0u32; n];
         let mut hidden = vec![0u32; n];
         let mut over = vec![0u32; n];
-        let mut real = fine.faces();
         for c in 0..fine.vertex.len() as u32 {
             faces[fine.at(c) as usize] += 1;
             if !fine.is_virtual(fine.at(c)) {
@@ -42,7 +45,6 @@ impl Facts {
             if fine.is_virtual_face(apex / 3) {
                 return None;
             }
-            real -= 1;
             evens[(c / 3) as usize] = 0;
             for v in fine.face(c / 3) {
                 hidden[v as usize] += 1;
@@ -51,9 +53,6 @@ impl Facts {
                 evens[(apex / 3) as usize] = 2;
                 over[fine.at(apex) as usize] += 1;
             }
-        }
-        if real == 0 || !real.is_multiple_of(3) {
-            return None;
         }
         let may_be_odd = (0..n).map(|v| match hidden[v] {
             0 => faces[v] + over[v] == 6,
