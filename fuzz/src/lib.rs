@@ -80,6 +80,7 @@ fn options(precision: u8, rest: u8) -> EncodeOptions {
         scheme: scheme[usize::from(rest >> 5 & 3)],
         effort: if rest & 0x10 != 0 { Effort::Fast } else { Effort::Default },
         progressive: if rest & 8 != 0 { Progressive::Smallest } else { Progressive::Best },
+        groups: rest & 8 != 0,
     }
 }
 

@@ -11,17 +11,18 @@ export function decoderModule(source?: ModuleSource): Promise<WebAssembly.Module
   return source === undefined ? own() : compile(source);
 }
 
-/** The module that also encodes, and decodes files of every effort: twice as large, fetched once where it is needed. */
+/** The module that also encodes, and decodes every file: twice as large, fetched once where it is needed. */
 export const fullModule = once(() => compile(new URL("./encoder.wasm", import.meta.url)));
 
-/** Bytes of a file that tell its effort: magic, version, the header's length in up to five, the flags. */
+/** Bytes of a file that tell its effort and whether it has groups: magic, version, the header's length in up to five, the flags. */
 export const TELLING = 11;
 
-/** Whether the file that begins like this has the effort `max`, which the small module lacks. */
+/** Whether the file that begins like this has the effort `max`, or levels in groups, which the small module lacks. */
 export function needsFullModule(start: Uint8Array): boolean {
   let flags = 5;
   while (flags < 9 && (start[flags] ?? 0) & 0x80) flags++;
-  return ((start[flags + 1] ?? 0) & 0x0c) === 0x08;
+  const found = start[flags + 1] ?? 0;
+  return (found & 0x0c) === 0x08 || (found & 0x10) !== 0;
 }
 
 /** Compiles a module. */

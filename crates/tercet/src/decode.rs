@@ -4,7 +4,8 @@ use crate::coding::payload::Opening;
 use crate::coding::supplement::{self, Supplements};
 use crate::coding::{Levels, Point};
 use crate::container::{
-    self, Approximation, Header, LevelEntry, LevelKind, Outline, Part, Reader, Supplement, UpdateRule,
+    self, Approximation, GROUPS, Groups, Header, LevelEntry, LevelKind, Outline, Part, Reader, Supplement,
+    UpdateRule,
 };
 use crate::entropy::{self, Coder, Cursor};
 use crate::mesh::Mesh;
@@ -147,6 +148,8 @@ struct Reached {
 struct Begun {
     level: u32,
     streams: Vec<Stream>,
+    /// What the payload consists of instead, if it does.
+    groups: Option<Groups>,
 }
 
 /// A stream of a payload.
@@ -277,6 +280,28 @@ impl Decoder {
         }
     }
 
+    /// Takes bytes of the file from `place` on that came before those in front of them, to be looked at in a
+    /// [`preview`](Decoder::preview). Of use are whole groups of the level that is arriving, if its groups have begun;
+    /// how many there were. Nothing is kept but what the preview shows: what is decoded for good is decoded from the
+    /// bytes that are pushed, in their order, these among them. Time linear in the groups.
+    pub fn glimpse(&mut self, place: u64, bytes: &[u8]) -> usize {
+        let begun = self.begun.as_ref().and_then(|begun| begun.groups.as_ref());
+        let (Some(groups), Some(next), Some(start)) = (begun, self.levels.next_group(), self.reader.place())
+        else {
+            return 0;
+        };
+        let Some(skipped) = place.checked_sub(start).and_then(|skipped| usize::try_from(skipped).ok()) else {
+            return 0;
+        };
+        let within = groups.within(skipped..skipped.saturating_add(bytes.len()));
+        let streams = within
+            .filter(|&group| group >= next)
+            .filter_map(|group| Some((group, groups.stream(group, bytes, skipped)?)));
+        streams
+            .filter(|&(group, bytes)| self.levels.group(&mut entropy::Decoder::new(bytes), group, false))
+            .count()
+    }
+
     /// After an [`Error::Checksum`]: forgets the damaged bytes, some kilobytes of a section at most, so that
     /// they may be pushed anew, and returns how many bytes of the file stand before them. What was
     /// decoded stays. `None` after any other fault, and without one.
@@ -311,6 +336,19 @@ impl Decoder {
         let (Some(incoming), Some(begun)) = (self.reader.incoming(), &mut self.begun) else {
             return Ok(false);
         };
+        if GROUPS && let Some(groups) = &begun.groups {
+            while let Some(group) = self.levels.next_group() {
+                // Another one may be there: it has its turn when the section is there as a whole, or is refused.
+                let Some(bytes) = groups.stream(group, incoming.bytes, 0) else { break };
+                if !self.levels.group(&mut entropy::Decoder::new(bytes), group, true) {
+                    return Err(ends_early(part));
+                }
+            }
+            return match self.levels.next_group() {
+                Some(_) if whole => Err(Error::format(part.to_string(), "not made of groups")),
+                _ => Ok(whole),
+            };
+        }
         let streams = begun.streams.iter();
         let mut coders: Vec<_> = streams.map_while(|stream| stream.decoder(incoming.bytes)).collect();
         self.levels.positions(&mut coders, &[]);
@@ -318,7 +356,7 @@ impl Decoder {
             stream.cursor = Some(coder.cursor());
         }
         match coders.iter().any(Coder::exhausted) {
-            true => Err(Error::format(part.to_string(), "its bytes end before it is complete")),
+            true => Err(ends_early(part)),
             false => Ok(whole),
         }
     }
@@ -327,12 +365,23 @@ impl Decoder {
     fn begin(&mut self, part: Part) -> Result<Option<Begun>> {
         let Some(incoming) = self.reader.incoming() else { return Ok(None) };
         let (bytes, length) = (incoming.bytes, incoming.length);
-        let Some(opening) = Opening::read(bytes, length, self.streams(part)?)? else { return Ok(None) };
+        let groups = match GROUPS && self.is_grouped(part)? {
+            false => None,
+            true => match Groups::read(bytes, length)? {
+                None => return Ok(None),
+                groups => groups,
+            },
+        };
+        let opening = match groups {
+            None => Opening::read(bytes, length, self.streams(part)?)?,
+            Some(_) => Some(Opening { streams: std::iter::once(0..0).collect(), reach: 0 }),
+        };
+        let Some(opening) = opening else { return Ok(None) };
         let mut streams: Vec<Stream> =
             opening.streams.iter().map(|place| Stream { place: place.clone(), cursor: None }).collect();
         let Part::Level(level) = part else {
             self.levels.begin_late();
-            return Ok(Some(Begun { level: self.outline()?.levels.len() as u32 - 1, streams }));
+            return Ok(Some(Begun { level: self.outline()?.levels.len() as u32 - 1, streams, groups }));
         };
         let first = &streams[0].place;
         if bytes.len() < first.end && bytes.len() < first.start + opening.reach {
@@ -362,14 +411,24 @@ impl Decoder {
                 self.predicted = self.keeps_predictions.then(|| self.levels.without_details(&step));
                 match entry.kind {
                     LevelKind::Late => self.levels.late_step(step),
-                    _ => self.levels.begin_step(step, rule(&entry)),
+                    _ => {
+                        let groups =
+                            groups.as_ref().filter(|_| GROUPS).map(|groups| groups.vertices.as_slice());
+                        self.levels.begin_step(step, rule(&entry), groups)?;
+                    }
                 }
                 check_counts(&self.levels, entry)?;
             }
         }
         opening.check(coder.reach())?;
         streams[0].cursor = Some(coder.cursor());
-        Ok(Some(Begun { level: level as u32, streams }))
+        Ok(Some(Begun { level: level as u32, streams, groups }))
+    }
+
+    /// Whether a section is a level in groups.
+    fn is_grouped(&self, part: Part) -> Result<bool> {
+        let Part::Level(level) = part else { return Ok(false) };
+        Ok(self.outline()?.levels.get(level).is_some_and(|level| level.grouped))
     }
 
     /// How many streams the payload of a section has that holds connectivity or positions.
@@ -418,6 +477,10 @@ impl Decoder {
     }
 }
 
+fn ends_early(part: Part) -> Error {
+    Error::format(part.to_string(), "its bytes end before it is complete")
+}
+
 /// The step that leads to a level of this kind; the base comes from none.
 fn step_kind(kind: LevelKind) -> Option<StepKind> {
     match kind {
@@ -461,3 +524,6 @@ pub fn decode(bytes: &[u8], limits: &Limits) -> Result<Mesh> {
     decoder.finish()?;
     decoder.mesh(restored)
 }
+
+#[cfg(test)]
+mod tests;

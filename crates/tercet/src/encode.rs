@@ -28,6 +28,9 @@ pub struct EncodeOptions {
     pub scheme: LevelScheme,
     /// What the levels are worth against the size of the file.
     pub progressive: Progressive,
+    /// Whether √3 and butterfly levels that are longer than a packet are coded in groups, about a packet each, which
+    /// can be shown in any order: over links that lose packets. Files grow by some percent.
+    pub groups: bool,
 }
 
 /// Which of two goods comes first where they are at odds: levels with positions of their own, or few
@@ -174,6 +177,7 @@ struct Writer {
     /// hierarchy would stay in memory beside the surfaces that are built from it.
     hierarchy: Hierarchy,
     rule: Update,
+    groups: bool,
     /// Geometric errors of the levels; none are stated without.
     errors: Option<LevelErrors>,
     /// So many of the finest levels get their positions after all levels.
@@ -206,6 +210,7 @@ impl Writer {
         Writer {
             hierarchy,
             rule: options.update,
+            groups: options.groups,
             errors,
             late,
             levels: Levels::new(options.effort, streams),
@@ -248,7 +253,7 @@ impl Writer {
         self.levels.begin_base(&mut coder, &positions);
         let reach = coder.reach();
         let streams = self.positions(coder, &positions[self.levels.surface.virtuals as usize..]);
-        self.finish(streams, LevelKind::Base, reach);
+        self.finish(Payload::Streams(streams, reach), LevelKind::Base);
         Ok(())
     }
 
@@ -276,9 +281,9 @@ impl Writer {
         self.map = lift(&coded.refined, &step, fine, &self.map);
         let kind = step.kind;
         drop(step);
-        let streams = if is_late {
+        let payload = if is_late {
             self.levels.late_step(coded);
-            vec![coder.finish()]
+            Payload::Streams(vec![coder.finish()], reach)
         } else {
             let new = match inserted {
                 Some(inserted) => at(&positions, &inserted),
@@ -292,8 +297,12 @@ impl Writer {
                 }
             };
             drop(positions);
-            self.levels.begin_step(coded, self.rule);
-            self.positions(coder, &new)
+            let grouped = self.groups && kind != StepKind::Adaptive;
+            self.levels.begin_step(coded, self.rule, grouped.then_some(&[]))?;
+            match self.levels.encode_groups(&new, container::MOST_IN_GROUP) {
+                Some(groups) => Payload::Groups(groups),
+                None => Payload::Streams(self.positions(coder, &new), reach),
+            }
         };
         let kind = match kind {
             StepKind::Adaptive if is_late => LevelKind::Late,
@@ -302,7 +311,7 @@ impl Writer {
             StepKind::Sqrt3Odd => LevelKind::Sqrt3Odd,
             StepKind::Butterfly => LevelKind::Butterfly,
         };
-        self.finish(streams, kind, reach);
+        self.finish(payload, kind);
         Ok(())
     }
 
@@ -369,7 +378,7 @@ impl Writer {
         shown
     }
 
-    fn finish(&mut self, streams: Vec<Vec<u8>>, kind: LevelKind, reach: usize) {
+    fn finish(&mut self, payload: Payload, kind: LevelKind) {
         let surface = &self.levels.surface;
         let level = self.hierarchy.steps.len();
         let known = self.hierarchy.surface(level);
@@ -377,9 +386,10 @@ impl Writer {
             LevelKind::Late => errors.estimated(level, known, &self.shown(known)),
             _ => errors.of(level),
         });
-        let lifted = !matches!(kind, LevelKind::Base | LevelKind::Adaptive | LevelKind::Late);
+        let lifted = kind.is_regular();
         self.entries.push(LevelEntry {
             kind,
+            grouped: matches!(payload, Payload::Groups(_)),
             update: match self.rule {
                 Update::Third if lifted => UpdateRule::Third,
                 Update::Paper if lifted => UpdateRule::Paper,
@@ -389,8 +399,22 @@ impl Writer {
             faces: surface.real_faces(),
             error: container::round_error_up(error),
         });
-        self.payloads.push(payload::assemble(streams, reach));
+        self.payloads.push(match payload {
+            Payload::Streams(streams, reach) => payload::assemble(streams, reach),
+            Payload::Groups(groups) => {
+                self.position_bits += groups.iter().map(|group| 8 * group.1.len() as u64).sum::<u64>();
+                container::join_groups(&groups)
+            }
+        });
     }
+}
+
+/// What a level's payload is made of.
+enum Payload {
+    /// Streams, and the bytes of the first one that its connectivity takes.
+    Streams(Vec<Vec<u8>>, usize),
+    /// Groups: the vertices and bytes of each.
+    Groups(Vec<(u16, Vec<u8>)>),
 }
 
 /// For each vertex of the decoder's `surface` the vertex of `known` that it is, by the correspondence of faces.

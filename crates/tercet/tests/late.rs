@@ -18,6 +18,7 @@ const SMALLEST: EncodeOptions = EncodeOptions {
     effort: tercet::Effort::Default,
     scheme: tercet::LevelScheme::Adaptive,
     progressive: Progressive::Smallest,
+    groups: false,
 };
 
 fn encoded(mesh: &Mesh) -> Encoded {

@@ -160,6 +160,7 @@ fn any_options() -> impl Strategy<Value = EncodeOptions> {
         scheme,
         effort,
         progressive: if keep_order { Progressive::Best } else { Progressive::Smallest },
+        groups: keep_order,
     })
 }
 

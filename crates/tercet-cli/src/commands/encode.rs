@@ -42,6 +42,10 @@ pub struct EncodeArgs {
     /// How vertices of √3 and butterfly levels make up for the ones removed.
     #[arg(long, value_name = "RULE", default_value = "none")]
     pub update: UpdateRule,
+    /// Code √3 and butterfly levels in groups of about a packet each, which can be shown in any order: for links that
+    /// lose packets. Takes 1 to 7 percent more with up to 12 bits, and more with more.
+    #[arg(long, conflicts_with_all = ["max_error", "max_bytes"])]
+    pub groups: bool,
     /// How much work it may take to write and to read the file.
     #[arg(long, default_value = "default")]
     pub effort: Effort,
@@ -68,6 +72,7 @@ pub fn encode(args: &EncodeArgs, limits: &Limits, console: &Console) -> Result<O
         effort: args.effort.into(),
         scheme: args.scheme.into(),
         progressive: args.progressive.into(),
+        groups: args.groups,
     };
     if let Some(bound) = args.bound() {
         return encode_lossy(args, &mesh, bound, &options, &output, limits, console);

@@ -16,6 +16,7 @@ use crate::entropy::{Coder, Counter, Frequencies};
 use crate::subdivide::{FRACTION_BITS, round};
 
 /// The models of details; they live as long as the file.
+#[derive(Clone)]
 pub(super) struct DetailModels {
     /// By kind of axis and how far the wings were off, the mean magnitude of the last errors, in 1/256 and with
     /// [`MEAN_BITS`] behind the point.
@@ -48,7 +49,8 @@ impl DetailModels {
         DetailModels { means: [[START; CLASSES]; KINDS], tables: start.collect() }
     }
 
-    /// Codes where the vertex at `site` lies, which is `target` when encoding; `escapes` are by kind of axis.
+    /// Codes where the vertex at `site` lies, which is `target` when encoding; `escapes` are by kind of axis. The point,
+    /// and what was learnt of each coordinate.
     #[inline(always)]
     pub fn code<C: Coder>(
         &mut self,
@@ -57,7 +59,7 @@ impl DetailModels {
         known: &Known,
         escapes: &mut [Counter],
         target: Point,
-    ) -> Point {
+    ) -> (Point, [Lesson; 3]) {
         const ORDER: AxisOrder = AxisOrder::NormalFirst;
         // Details are along the normal of the surface that is expected, not of the one that is noisy.
         let estimated = |w: u32| match known.estimates.get(w.wrapping_sub(known.first) as usize) {
@@ -74,25 +76,43 @@ impl DetailModels {
             (kind, Width::new((self.means[kind][class] >> MEAN_BITS) + 8))
         });
         let mut point = target;
+        let mut lessons = [Lesson::default(); 3];
         let mut centres = [correction.expected];
         for (step, &axis) in axes.iter().enumerate() {
             let (kind, width) = widths[step.min(1)];
             let place = centres[0][axis];
             let frame = Frame::new(place, width);
             let table = (kind * WIDTHS + width.bin) * FRACTIONS + fraction(frame, place);
-            let frequencies = &mut self.tables[table];
             let escapes = &mut escapes[kind * LENGTHS..(kind + 1) * LENGTHS];
-            let (value, symbol) = frame.code(coder, frequencies.cumulative(), escapes, target[axis]);
-            frequencies.learn(symbol);
+            let (value, symbol) = frame.code(coder, self.tables[table].cumulative(), escapes, target[axis]);
             point[axis] = value;
             let off = ((value as i64) << FRACTION_BITS) - place;
-            let mean = &mut self.means[kind][class];
-            let magnitude = off.unsigned_abs().min(FAR) << MEAN_BITS;
-            *mean = *mean - (*mean >> MEMORY) + (magnitude >> MEMORY);
+            let size = off.unsigned_abs().min(FAR);
+            lessons[step] =
+                Lesson { size, cell: [kind as u8, class as u8], table: table as u16, symbol: symbol as u8 };
+            self.learn(&lessons[step]);
             shift(&mut centres, [off], normal, axes, step, ORDER);
         }
-        point
+        (point, lessons)
     }
+
+    /// Learns of a coordinate.
+    #[inline(always)]
+    pub fn learn(&mut self, &Lesson { size, cell: [kind, class], table, symbol }: &Lesson) {
+        self.tables[table as usize].learn(symbol as usize);
+        let mean = &mut self.means[kind as usize][class as usize];
+        *mean = *mean - (*mean >> MEMORY) + ((size << MEAN_BITS) >> MEMORY);
+    }
+}
+
+/// What models learn of a coordinate: its distribution and symbol; the kind of its axis, the class of its wings, and
+/// how large the error was.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Lesson {
+    size: u64,
+    cell: [u8; 2],
+    table: u16,
+    symbol: u8,
 }
 
 /// How far the expectation is from the middle of the frame, in [`FRACTION_WIDTH`]s.

@@ -3,6 +3,7 @@
 use super::axes::AxisOrder;
 use super::base::code_base;
 use super::flip::FlipModels;
+use super::group::{self, Groups};
 use super::model::number;
 use super::pass::{ANYWHERE, Pass, Roughness};
 use super::positions::Positions;
@@ -65,10 +66,29 @@ struct Open {
     lifted: Option<Lifted>,
 }
 
+impl Open {
+    /// What the pass over `surface` works on, and how far it has come.
+    fn parts<'a>(&'a mut self, surface: &'a Surface) -> (Pass<'a>, &'a mut Course) {
+        let Open { first, estimates, order, shares, bits, origin, by_support, course, .. } = self;
+        let pass = Pass {
+            surface,
+            first: *first,
+            estimates,
+            order: *order,
+            by_support: *by_support,
+            shares,
+            bits: *bits,
+            origin: *origin,
+        };
+        (pass, course)
+    }
+}
+
 /// How far a pass has come.
 enum Course {
     Mixed(Box<Regions>),
     Tables(Walk),
+    Groups(Box<Groups>),
 }
 
 /// An update to be undone when all details are known.
@@ -147,8 +167,8 @@ impl Levels {
         self.field.positions = vec![[0; 3]; virtuals];
         let first = self.surface.virtuals;
         self.place(first, &[]);
-        let sites = self.sites(first, AxisOrder::NormalLast, None);
-        self.begin(first, Vec::new(), AxisOrder::NormalLast, &NEAR, sites);
+        let course = self.course(first, AxisOrder::NormalLast, None);
+        self.begin(first, Vec::new(), AxisOrder::NormalLast, &NEAR, course);
         if let Some(open) = &mut self.open {
             (open.bits, open.origin) = (bits, origin);
         }
@@ -165,38 +185,40 @@ impl Levels {
         rough.resize(surface.vertices as usize, Roughness::START);
     }
 
-    /// The sites of the vertices from `first` on, if they are coded by tables. They lie in the faces of
-    /// a coarse surface that became the named ones, or do not.
-    fn sites(&self, first: u32, order: AxisOrder, faces: Option<(&Surface, &[u32])>) -> Option<Vec<Site>> {
-        let surface = &self.surface;
-        Positions::tabled(self.effort, order).then(|| match faces {
-            Some((coarse, heirs)) => in_faces(coarse, heirs, surface),
-            None => in_rings(surface, first),
-        })
+    /// The sites of the vertices from `first` on. They lie in the faces of a coarse surface that became the named
+    /// ones, or do not.
+    fn sites(&self, first: u32, faces: Option<(&Surface, &[u32])>) -> Vec<Site> {
+        match faces {
+            Some((coarse, heirs)) => in_faces(coarse, heirs, &self.surface),
+            None => in_rings(&self.surface, first),
+        }
     }
 
-    /// Begins a pass over the positions of the vertices from `first` on, which are placed by these estimates, by
-    /// tables if they have sites.
+    /// How the vertices from `first` on, which are placed, are coded: by tables at their [`sites`](Levels::sites), or
+    /// by mixing.
+    fn course(&mut self, first: u32, order: AxisOrder, faces: Option<(&Surface, &[u32])>) -> Course {
+        if Positions::tabled(self.effort, order) {
+            return Course::Tables(Walk::new(self.sites(first, faces), 0));
+        }
+        let by_support = Positions::visit_by_support(self.effort, order);
+        let count = regions(self.streams, self.surface.vertices - first, by_support);
+        while self.position.len() < count as usize {
+            let models = self.position.first().cloned();
+            self.position.push(models.unwrap_or_else(|| Positions::new(self.effort)));
+        }
+        Course::Mixed(Box::new(Regions::new(count)))
+    }
+
+    /// Begins a pass over the positions of the vertices from `first` on, which are placed by these estimates.
     fn begin(
         &mut self,
         first: u32,
         estimates: Vec<Vector>,
         order: AxisOrder,
         shares: &'static Shares,
-        sites: Option<Vec<Site>>,
+        course: Course,
     ) {
         let by_support = Positions::visit_by_support(self.effort, order);
-        let course = match sites {
-            Some(sites) => Course::Tables(Walk::new(sites)),
-            None => {
-                let count = regions(self.streams, self.surface.vertices - first, by_support);
-                while self.position.len() < count as usize {
-                    let models = self.position.first().cloned();
-                    self.position.push(models.unwrap_or_else(|| Positions::new(self.effort)));
-                }
-                Course::Mixed(Box::new(Regions::new(count)))
-            }
-        };
         let (bits, origin) = ANYWHERE;
         self.open =
             Some(Open { first, estimates, order, shares, bits, origin, by_support, course, lifted: None });
@@ -206,21 +228,8 @@ impl Levels {
     /// There is a coder for each of its [`regions`], or for the first of them. Whether all are coded; if not,
     /// bytes are missing, and the next call goes on. Time O(n).
     pub fn positions<C: Coder + Send>(&mut self, coders: &mut [C], targets: &[Point]) -> bool {
-        let Some(Open { first, estimates, order, by_support, shares, bits, origin, course, lifted }) =
-            &mut self.open
-        else {
-            return true;
-        };
-        let pass = Pass {
-            surface: &self.surface,
-            first: *first,
-            estimates,
-            order: *order,
-            by_support: *by_support,
-            shares,
-            bits: *bits,
-            origin: *origin,
-        };
+        let Some(open) = &mut self.open else { return true };
+        let (pass, course) = open.parts(&self.surface);
         let done = match (course, coders) {
             (Course::Mixed(regions), coders) => {
                 regions.code(&pass, &mut self.position, coders, targets, &mut self.field)
@@ -230,15 +239,68 @@ impl Levels {
                 let Field { positions, rough } = &mut self.field;
                 models.code(coder, &pass, walk, targets, positions, rough)
             }
-            (Course::Tables(_), []) => false,
+            (Course::Tables(_), []) | (Course::Groups(_), _) => false,
         };
         if done {
-            if let Some(lifted) = lifted {
-                lifted.undo(&mut self.field.positions);
-            }
-            self.open = None;
+            self.end();
         }
         done
+    }
+
+    /// Ends the pass, all of whose vertices are coded.
+    fn end(&mut self) {
+        let Some(open) = self.open.take() else { return };
+        if group::KNOWN
+            && let Course::Groups(groups) = open.course
+        {
+            self.tables = Some(groups.finish());
+        }
+        if let Some(lifted) = open.lifted {
+            lifted.undo(&mut self.field.positions);
+        }
+    }
+
+    /// The group whose turn it is in the pass that has begun, if that has groups.
+    pub fn next_group(&self) -> Option<usize> {
+        match &self.open {
+            Some(Open { course: Course::Groups(groups), .. }) => groups.next(),
+            _ => None,
+        }
+    }
+
+    /// Decodes a group of the pass that has begun: the next one for good if it `stays`, or any to be looked at until
+    /// then. Whether its bytes hold all of its vertices.
+    pub fn group<C: Coder>(&mut self, coder: &mut C, group: usize, stays: bool) -> bool {
+        let Some(open) = &mut self.open else { return false };
+        let (pass, Course::Groups(groups)) = open.parts(&self.surface) else { return false };
+        let complete = groups.decode(coder, &pass, group, stays, &mut self.field);
+        if groups.next().is_none() {
+            self.end();
+        }
+        complete
+    }
+
+    /// Encodes the pass that has begun, if it has groups, of `targets`: one entry a vertex of it. As few groups as
+    /// `most` bytes for each allow, of sizes as equal as may be; the vertices and bytes of each. Nothing if a few would
+    /// hold all, which cost more than they are worth: then the pass has none any more.
+    pub fn encode_groups(&mut self, targets: &[Point], most: usize) -> Option<Vec<(u16, Vec<u8>)>> {
+        let open = self.open.as_mut()?;
+        let (pass, course) = open.parts(&self.surface);
+        let Course::Groups(groups) = course else { return None };
+        let encoded = groups.encode_evenly(&pass, most, targets, &mut self.field);
+        if let Some(encoded) = encoded {
+            self.end();
+            return Some(encoded);
+        }
+        let (models, sites) = groups.give_up(&pass, &mut self.field);
+        self.tables = Some(models);
+        let (first, order) = (pass.first, pass.order);
+        let course = match Positions::tabled(self.effort, order) {
+            true => Course::Tables(Walk::new(sites, 0)),
+            false => self.course(first, order, None),
+        };
+        self.open.as_mut()?.course = course;
+        None
     }
 
     /// How many streams a pass over `vertices` new vertices has, those of a step of `kind` if they come from
@@ -261,6 +323,7 @@ impl Levels {
         let open = self.open.as_ref().map_or(0, |open| match &open.course {
             Course::Mixed(regions) => (self.surface.vertices - open.first) as usize - regions.coded(),
             Course::Tables(walk) => walk.left(),
+            Course::Groups(groups) => groups.pending(),
         });
         (late + open) as u32
     }
@@ -274,7 +337,7 @@ impl Levels {
         }
         let mut positions = match &open.course {
             Course::Mixed(regions) => regions.positions(open.first, &self.field),
-            Course::Tables(_) => (&self.field.positions).into(),
+            Course::Tables(_) | Course::Groups(_) => (&self.field.positions).into(),
         };
         if let Some(lifted) = &open.lifted {
             lifted.undo(positions.to_mut());
@@ -332,14 +395,31 @@ impl Levels {
         old.iter().copied().chain(step.estimates.iter().map(|&e| round(e))).collect()
     }
 
-    /// Makes the surface of a step the current one and begins the pass over its new vertices.
-    pub fn begin_step(&mut self, step: Step, rule: Update) {
+    /// Makes the surface of a step the current one and begins the pass over its new vertices, in `groups` of so many
+    /// if there are any; when encoding, there are none yet.
+    ///
+    /// # Errors
+    /// If the groups do not have as many vertices as the step.
+    pub fn begin_step(&mut self, step: Step, rule: Update, groups: Option<&[u16]>) -> Result<()> {
         let Step { kind, refined: Refined { surface, first: heirs }, estimates } = step;
+        let grouped = groups.filter(|groups| !groups.is_empty());
+        if grouped.is_some_and(|groups| groups.iter().map(|&n| n as usize).sum::<usize>() != estimates.len())
+        {
+            return Err(Error::format("level", "its groups have not as many vertices as it"));
+        }
         let first = self.surface.vertices;
         let coarse = std::mem::replace(&mut self.surface, surface);
         self.place(first, &estimates);
         let order = axis_order(Some(kind));
-        let sites = self.sites(first, order, lie_in_faces(kind, &coarse).then_some((&coarse, &heirs)));
+        let faces = lie_in_faces(kind, &coarse).then_some((&coarse, &heirs[..]));
+        let course = match groups.filter(|_| group::KNOWN) {
+            None => self.course(first, order, faces),
+            Some(vertices) => {
+                let models = self.tables.take().unwrap_or_else(TableModels::new);
+                let sites = self.sites(first, faces);
+                Course::Groups(Box::new(Groups::new(sites, vertices, models)))
+            }
+        };
         // Only undoing an update asks for the coarse surface again; else it goes before the pass takes memory.
         let lifted = match (kind, rule) {
             (StepKind::Adaptive, _) | (_, Update::None) => {
@@ -349,10 +429,11 @@ impl Levels {
             _ => Some(Lifted { coarse, kind, rule }),
         };
         drop(heirs);
-        self.begin(first, estimates, order, &NEAR, sites);
+        self.begin(first, estimates, order, &NEAR, course);
         if let Some(open) = &mut self.open {
             open.lifted = lifted;
         }
+        Ok(())
     }
 
     /// Makes the surface of a late step the current one: its new vertices lie where they are
@@ -389,8 +470,8 @@ impl Levels {
         self.position.clear();
         self.tables = None;
         self.place(first, &estimates);
-        let sites = self.sites(first, AxisOrder::NormalLast, None);
-        self.begin(first, estimates, AxisOrder::NormalLast, &LATE, sites);
+        let course = self.course(first, AxisOrder::NormalLast, None);
+        self.begin(first, estimates, AxisOrder::NormalLast, &LATE, course);
     }
 }
 

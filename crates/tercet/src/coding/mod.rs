@@ -16,6 +16,7 @@ mod deviation;
 #[cfg(feature = "max")]
 mod ensemble;
 mod flip;
+mod group;
 #[cfg(feature = "max")]
 mod histogram;
 mod level;

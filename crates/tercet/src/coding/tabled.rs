@@ -9,7 +9,8 @@
 
 use super::around::{Around, Candidates, Known};
 use super::axes::{AxisOrder, KINDS, NORMAL, axes, kind, shift};
-use super::detail::DetailModels;
+use super::detail::{DetailModels, Lesson};
+use super::group;
 use super::pass::{Pass, Roughness, plain};
 use super::scale::{Scale, ScaleCell, bin};
 use super::site::Site;
@@ -20,6 +21,7 @@ use crate::subdivide::FRACTION_BITS;
 use wide::i16x8;
 
 /// The models of positions; they live as long as the file.
+#[derive(Clone)]
 pub(crate) struct TableModels {
     /// By kind of axis and roughness.
     cells: Vec<ScaleCell>,
@@ -44,14 +46,18 @@ const NEAR: i64 = 7;
 /// How far a pass has come.
 pub(crate) struct Walk {
     sites: Vec<Site>,
+    /// What there was to learn of details, if that is noted.
+    pub lessons: Option<Vec<Lesson>>,
+    /// Vertices of the pass before the first one.
+    before: usize,
     /// Vertices coded so far.
     cursor: usize,
 }
 
 impl Walk {
-    /// Of a pass over the vertices at `sites` that has not begun.
-    pub fn new(sites: Vec<Site>) -> Self {
-        Walk { sites, cursor: 0 }
+    /// Over the vertices at `sites`, `before` which a pass has so many others; it has not begun.
+    pub fn new(sites: Vec<Site>, before: usize) -> Self {
+        Walk { sites, lessons: None, before, cursor: 0 }
     }
 
     /// How many vertices are still to be visited.
@@ -196,6 +202,11 @@ impl TableModels {
         }
     }
 
+    /// Learns of details what others have learnt.
+    pub fn learn(&mut self, lessons: &[Lesson]) {
+        lessons.iter().for_each(|lesson| self.details.learn(lesson));
+    }
+
     /// Codes the positions of the vertices of a pass that are left, those of `targets` when encoding, until
     /// all are coded or bytes are missing; whether all are. They are visited in the order of their
     /// numbers. `positions` and `rough` have an entry a vertex, the former of those to be coded the
@@ -209,7 +220,7 @@ impl TableModels {
         positions: &mut [Point],
         rough: &mut [Roughness],
     ) -> bool {
-        let Walk { sites, cursor } = walk;
+        let Walk { sites, lessons, before, cursor } = walk;
         while let Some(site) = sites.get(*cursor) {
             if coder.exhausted() {
                 // The caller refuses the level; what follows would only take time.
@@ -218,13 +229,21 @@ impl TableModels {
             if !coder.is_ready() {
                 return false;
             }
-            let i = *cursor;
+            let i = *before + *cursor;
             let v = pass.first + i as u32;
             let target = targets.get(i).copied().unwrap_or_default();
             let Pass { surface: Surface { virtuals, .. }, first, estimates, .. } = *pass;
             let known = Known { virtuals: *virtuals, v, first, positions, rough, estimates };
             let point = match pass.order {
-                AxisOrder::NormalFirst => self.details.code(coder, site, &known, &mut self.escapes, target),
+                AxisOrder::NormalFirst => {
+                    let (point, learnt) = self.details.code(coder, site, &known, &mut self.escapes, target);
+                    if group::KNOWN
+                        && let Some(lessons) = lessons
+                    {
+                        lessons.extend(learnt);
+                    }
+                    point
+                }
                 AxisOrder::NormalLast => match Around::new(site, &known) {
                     None => plain(coder, pass, target),
                     Some(around) => {

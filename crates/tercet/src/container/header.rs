@@ -3,7 +3,7 @@
 use super::approximation::Approximation;
 use super::fields::{Fields, malformed};
 use super::section::{self, Entry, LevelEntry, LevelKind, Part, Section, Supplement};
-use super::{piece, unsupported, varint};
+use super::{GROUPS, piece, unsupported, varint};
 use crate::mesh::Precision;
 use crate::{Effort, Error, Limits, Result};
 
@@ -14,6 +14,8 @@ const LOSSY: u8 = 2;
 /// Flags: the effort.
 const EFFORT: u8 = 3 << EFFORT_SHIFT;
 const EFFORT_SHIFT: u32 = 2;
+/// Flag: there are levels in groups.
+const GROUPED: u8 = 1 << 4;
 /// Streams that a large pass over positions has at most: each has models of its own, which take memory.
 pub(crate) const MOST_STREAMS: u32 = 16;
 
@@ -67,6 +69,11 @@ impl Outline {
         Ok(())
     }
 
+    /// Whether some level is in groups.
+    fn is_grouped(&self) -> bool {
+        self.levels.iter().any(|level| level.grouped)
+    }
+
     /// The header's bytes, for sections of the given lengths and CRC-32s.
     pub(super) fn write(&self, extents: &[(u32, u32)]) -> Vec<u8> {
         let effort = match self.effort {
@@ -77,7 +84,8 @@ impl Outline {
         };
         let order = if self.order_kept { ORDER_KEPT } else { 0 };
         let lossy = if self.approximation.is_some() { LOSSY } else { 0 };
-        let mut out = vec![effort << EFFORT_SHIFT | lossy | order];
+        let grouped = if self.is_grouped() { GROUPED } else { 0 };
+        let mut out = vec![grouped | effort << EFFORT_SHIFT | lossy | order];
         varint::write(&mut out, self.streams.into());
         self.precision.write(&mut out);
         varint::write(&mut out, self.vertices.into());
@@ -105,7 +113,7 @@ impl Header {
     pub(super) fn read(mut fields: Fields, offset: u64, limits: &Limits) -> Result<Header> {
         let flags = fields.byte("flags")?;
         let effort = match (flags & EFFORT) >> EFFORT_SHIFT {
-            _ if flags & !(ORDER_KEPT | LOSSY | EFFORT) != 0 => None,
+            _ if flags & !(ORDER_KEPT | LOSSY | EFFORT | if GROUPS { GROUPED } else { 0 }) != 0 => None,
             0 => Some(Effort::Default),
             1 => Some(Effort::Fast),
             #[cfg(feature = "max")]
@@ -134,6 +142,9 @@ impl Header {
         let sections = read_table(&mut fields, &mut outline, offset)?;
         fields.end()?;
         outline.check()?;
+        if outline.is_grouped() != (flags & GROUPED != 0) {
+            return Err(malformed("flags", "they and the levels differ on whether there are groups"));
+        }
         for section in &sections {
             // An optional section is passed over, not held.
             if !matches!(section.part, Part::Supplement(Supplement::Optional(_))) {
@@ -151,21 +162,21 @@ fn read_table(fields: &mut Fields, outline: &mut Outline, mut offset: u64) -> Re
     let mut sections = Vec::new();
     for _ in 0..fields.u32("sections")? {
         let (entry, length, crc) = Entry::read(fields)?;
-        let part = match entry {
+        let (part, pieces) = match entry {
             Entry::Level(_) if !outline.supplements.is_empty() => {
                 return Err(Error::format("header", "section table: a level follows another section"));
             }
             Entry::Level(level) => {
                 outline.levels.push(level);
-                Part::Level(outline.levels.len() - 1)
+                (Part::Level(outline.levels.len() - 1), !level.grouped)
             }
             Entry::Supplement(supplement) => {
                 outline.supplements.push(supplement);
-                Part::Supplement(supplement)
+                (Part::Supplement(supplement), true)
             }
         };
-        let payload = piece::check_length(length, || part.to_string())?;
-        let section = Section { part, offset, length, payload, crc };
+        let payload = if pieces { piece::check_length(length, || part.to_string())? } else { length };
+        let section = Section { part, offset, length, payload, pieces, crc };
         offset = section.end();
         sections.push(section);
     }

@@ -7,6 +7,7 @@
 mod approximation;
 mod checksum;
 mod fields;
+mod groups;
 mod header;
 mod piece;
 mod precision;
@@ -21,6 +22,7 @@ mod tests;
 pub use approximation::Approximation;
 #[cfg(feature = "transport")]
 pub(crate) use checksum::checksum;
+pub(crate) use groups::{Groups, MOST_IN_GROUP, join as join_groups};
 pub(crate) use header::{Header, MOST_STREAMS, Outline};
 
 pub(crate) use reader::Reader;
@@ -37,6 +39,8 @@ const MAGIC: [u8; 4] = [0x8A, b'T', b'C', b'T'];
 pub const VERSION: u8 = 8;
 /// Most bytes that a header may take: thousands of sections, yet nothing to hold in memory.
 const MAX_HEADER: u64 = 1 << 16;
+/// Whether this build knows levels in groups: a small decoder may do without.
+pub(crate) const GROUPS: bool = cfg!(feature = "groups");
 /// Bytes of the CRC-32 after the header.
 const CRC_BYTES: usize = 4;
 

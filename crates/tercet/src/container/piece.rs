@@ -57,7 +57,8 @@ pub(super) struct Arrival {
 
 impl Arrival {
     /// Takes what belongs to a section of `stored` bytes, whose payload has the checksum `crc`, from the
-    /// front of `bytes`; returns the rest. Keeps what it takes if `keeps`.
+    /// front of `bytes`; returns the rest. Keeps what it takes if `keeps`. There are checks between pieces if
+    /// `pieces`.
     ///
     /// # Errors
     /// If a check does not match: the one stored and the one computed.
@@ -65,12 +66,13 @@ impl Arrival {
         &mut self,
         stored: u32,
         crc: u32,
-        keeps: bool,
+        [keeps, pieces]: [bool; 2],
         mut bytes: &'a [u8],
     ) -> std::result::Result<&'a [u8], [u32; 2]> {
         while self.received < stored && !bytes.is_empty() {
             let in_piece = self.received % STORED_PIECE;
             let (room, in_check) = match (PIECE as u32).checked_sub(in_piece) {
+                _ if !pieces => (stored, None),
                 Some(room @ 1..) => (room, None),
                 _ => (STORED_PIECE - in_piece, Some(in_piece as usize - PIECE)),
             };
@@ -138,7 +140,12 @@ impl Arrival {
         self.received
     }
 
-    /// What is verified of the payload.
+    /// What is there of the payload, verified or not.
+    pub fn payload(&self) -> &[u8] {
+        &self.payload
+    }
+
+    /// What is verified of it.
     pub fn verified(&self) -> &[u8] {
         &self.payload[..self.payload.len().min(self.verified as usize)]
     }
@@ -191,7 +198,7 @@ mod tests {
         for size in [1, 3, 1000, PIECE, PIECE + 4, section.len()] {
             let mut arrival = Arrival::default();
             for portion in section.chunks(size) {
-                assert!(arrival.take(section.len() as u32, crc, true, portion).unwrap().is_empty());
+                assert!(arrival.take(section.len() as u32, crc, [true; 2], portion).unwrap().is_empty());
                 let whole = arrival.received() / STORED_PIECE * PIECE as u32;
                 let verified =
                     if arrival.received() == section.len() as u32 { payload.len() } else { whole as usize };
@@ -211,11 +218,11 @@ mod tests {
             let mut harmed = section.clone();
             harmed[at] ^= 0x10;
             let mut arrival = Arrival::default();
-            arrival.take(section.len() as u32, crc, true, &harmed).unwrap_err();
+            arrival.take(section.len() as u32, crc, [true; 2], &harmed).unwrap_err();
             arrival.retreat();
             let from = arrival.received() as usize;
             assert_eq!(from, at / (PIECE + 4) * (PIECE + 4));
-            arrival.take(section.len() as u32, crc, true, &section[from..]).unwrap();
+            arrival.take(section.len() as u32, crc, [true; 2], &section[from..]).unwrap();
             assert_eq!(arrival.into_payload(), payload);
         }
     }

@@ -9,10 +9,11 @@ use super::section::{Part, Section, Supplement};
 use super::{CRC_BYTES, Header, MAGIC, MAX_HEADER, VERSION, varint};
 use crate::{Error, Limits, Result};
 
-/// The section to be read, as far as it is verified.
+/// The section to be read, as far as it is verified; of one in groups, which have checks of their own, as far as it
+/// is there.
 pub(crate) struct Incoming<'a> {
     pub(crate) part: Part,
-    /// The verified bytes of its payload.
+    /// These bytes of its payload.
     pub(crate) bytes: &'a [u8],
     /// Bytes of the whole payload.
     pub(crate) length: u32,
@@ -98,15 +99,21 @@ impl Reader {
         Some(section.map_or(0, |section| section.offset + u64::from(self.flight.received())))
     }
 
-    /// The section to be read, as far as it is verified, or `None` if nothing is there of it, or there are
+    /// The section to be read, as far as it is verified or has checks of its own, or `None` if nothing is there of it, or there are
     /// no more sections. Optional sections are verified and passed over.
     pub(crate) fn incoming(&self) -> Option<Incoming<'_>> {
         if let Some((part, payload)) = self.ready.front() {
             return Some(Incoming { part: *part, bytes: payload, length: payload.len() as u32 });
         }
         let section = self.header.as_ref()?.sections.get(self.index)?;
-        let bytes = self.flight.verified();
+        let bytes = if section.pieces { self.flight.verified() } else { self.flight.payload() };
         (!bytes.is_empty()).then_some(Incoming { part: section.part, bytes, length: section.payload })
+    }
+
+    /// Where in the file the section begins that is there in part or not at all, if none is there as a whole.
+    pub(crate) fn place(&self) -> Option<u64> {
+        let section = self.header.as_ref()?.sections.get(self.index)?;
+        self.ready.is_empty().then_some(section.offset)
     }
 
     /// Takes the first section that is there as a whole.
@@ -166,7 +173,7 @@ impl Reader {
         // Not "while bytes are left": an empty section is complete without any.
         while let Some(section) = header.sections.get(self.index) {
             let keeps = !is_optional(section);
-            rest = self.flight.take(section.length, section.crc, keeps, rest).map_err(
+            rest = self.flight.take(section.length, section.crc, [keeps, section.pieces], rest).map_err(
                 |[stored, computed]| Error::Checksum { place: section.part.to_string(), stored, computed },
             )?;
             if self.flight.received() < section.length {

@@ -15,6 +15,9 @@ const MAX_COUNT: u32 = u32::MAX - 1;
 /// The code of the largest geometric error: one more would be the infinity of an `f32`.
 const MAX_ERROR_CODE: u16 = 0x7F7F;
 
+/// What the kind of a level in groups has more than that of one without.
+const GROUPED: u8 = 4;
+
 /// How a level is coded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum LevelKind {
@@ -32,6 +35,13 @@ pub(crate) enum LevelKind {
     Late,
 }
 
+impl LevelKind {
+    /// Whether its connectivity costs no bits.
+    pub(crate) fn is_regular(self) -> bool {
+        matches!(self, LevelKind::Sqrt3Even | LevelKind::Sqrt3Odd | LevelKind::Butterfly)
+    }
+}
+
 /// What the analysis added to the even positions after predicting the odd ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum UpdateRule {
@@ -47,6 +57,8 @@ pub(crate) enum UpdateRule {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LevelEntry {
     pub(crate) kind: LevelKind,
+    /// Whether its payload consists of [`Groups`](super::Groups); only without connectivity bits.
+    pub(crate) grouped: bool,
     pub(crate) update: UpdateRule,
     /// Vertices of the surface decoded at this level.
     pub(crate) vertices: u32,
@@ -93,6 +105,8 @@ pub(crate) struct Section {
     pub(crate) length: u32,
     /// Bytes without the checks between them.
     pub(crate) payload: u32,
+    /// Whether there are such checks if it is long: groups have their own.
+    pub(crate) pieces: bool,
     /// CRC-32 of the payload.
     pub(crate) crc: u32,
 }
@@ -174,6 +188,9 @@ impl LevelEntry {
         }
         for (i, level) in levels.iter().enumerate() {
             let place = || Part::Level(i).to_string();
+            if level.grouped && !level.kind.is_regular() {
+                return Err(Error::format(place(), "groups, but it has connectivity bits"));
+            }
             if (level.kind == LevelKind::Base) != (i == 0) {
                 return Err(Error::format(place(), "the first level, and no other, is the base"));
             }
@@ -211,6 +228,7 @@ impl LevelEntry {
             LevelKind::Butterfly => 4,
             LevelKind::Late => 5,
         };
+        let kind = if self.grouped { kind + GROUPED } else { kind };
         let update = match self.update {
             UpdateRule::None => 0,
             UpdateRule::Third => 1,
@@ -224,7 +242,8 @@ impl LevelEntry {
 
     fn read(fields: &mut Fields) -> Result<Self> {
         let byte = fields.byte("level kind")?;
-        let kind = match byte & 0xF {
+        let grouped = matches!(byte & 0xF, 6..=8);
+        let kind = match (byte & 0xF) - if grouped { GROUPED } else { 0 } {
             0 => LevelKind::Base,
             1 => LevelKind::Adaptive,
             2 => LevelKind::Sqrt3Even,
@@ -241,7 +260,14 @@ impl LevelEntry {
         };
         let (vertices, faces) =
             (read_count(fields, "vertices of a level")?, read_count(fields, "faces of a level")?);
-        Ok(LevelEntry { kind, update, vertices, faces, error: read_error(fields, "geometric error")? })
+        Ok(LevelEntry {
+            kind,
+            grouped,
+            update,
+            vertices,
+            faces,
+            error: read_error(fields, "geometric error")?,
+        })
     }
 }
 

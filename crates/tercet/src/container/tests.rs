@@ -17,7 +17,7 @@ const SOURCE: Approximation =
     Approximation { vertices: 20_000, faces: 39_996, digest: 0x0123_4567_89AB_CDEF, rms: 0.5, greatest: 2.0 };
 
 fn level(kind: LevelKind, vertices: u32, faces: u32, error: f32) -> LevelEntry {
-    LevelEntry { kind, update: UpdateRule::None, vertices, faces, error }
+    LevelEntry { kind, grouped: false, update: UpdateRule::None, vertices, faces, error }
 }
 
 /// A base, two levels and a section of every supplement.

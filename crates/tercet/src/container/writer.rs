@@ -24,8 +24,9 @@ pub(crate) fn write(outline: &Outline, payloads: &[Vec<u8>]) -> Result<Vec<u8>> 
     assert_eq!(payloads.len(), outline.levels.len() + outline.supplements.len(), "one payload a section");
     outline.check()?;
     let mut extents = Vec::with_capacity(payloads.len());
-    for payload in payloads {
-        let length = stored_length(payload.len());
+    let in_pieces = |section: usize| !outline.levels.get(section).is_some_and(|level| level.grouped);
+    for (i, payload) in payloads.iter().enumerate() {
+        let length = if in_pieces(i) { stored_length(payload.len()) } else { payload.len() };
         let length =
             u32::try_from(length).map_err(|_| too_large("bytes of a section", length, u32::MAX.into()))?;
         extents.push((length, checksum(payload)));
@@ -35,15 +36,19 @@ pub(crate) fn write(outline: &Outline, payloads: &[Vec<u8>]) -> Result<Vec<u8>> 
         return Err(too_large("bytes of the header", header.len(), MAX_HEADER));
     }
 
-    let total: usize = payloads.iter().map(|payload| stored_length(payload.len())).sum();
+    let total: usize = extents.iter().map(|extent| extent.0 as usize).sum();
     let mut out = Vec::with_capacity(MAGIC.len() + 1 + 5 + header.len() + CRC_BYTES + total);
     out.extend(MAGIC);
     out.push(VERSION);
     varint::write(&mut out, header.len() as u64);
     out.extend(header);
     out.extend(checksum(&out).to_le_bytes());
-    for payload in payloads {
-        piece::write(payload, &mut out);
+    for (i, payload) in payloads.iter().enumerate() {
+        if in_pieces(i) {
+            piece::write(payload, &mut out);
+        } else {
+            out.extend(payload);
+        }
     }
     Ok(out)
 }

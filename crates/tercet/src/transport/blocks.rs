@@ -6,10 +6,10 @@ use std::str::FromStr;
 
 use sha2::{Digest, Sha256};
 
-use super::code::{MAX_BLOCK, MAX_SYMBOL};
+use super::code::{Code, MAX_BLOCK, MAX_SYMBOL};
 use super::packet::Tag;
 use super::quality::Quality;
-use crate::container::{Header, Part, Reader, Supplement};
+use crate::container::{Groups, Header, Part, Reader, Section, Supplement};
 use crate::{Error, Limits, Result};
 
 /// Bytes of the manifest before its entries.
@@ -85,24 +85,34 @@ pub(super) struct Blocks {
     ranges: Vec<Range<usize>>,
     /// What the file shows once each block and all before it are there.
     qualities: Vec<Quality>,
-    /// The ends of the sections, and what the file shows up to there.
+    /// Of each block that is of use in part, which part of a level it is.
+    holes: Vec<Option<Holes>>,
+    /// The ends of the sections and groups, and what the file shows up to there.
     stages: Vec<(u64, Quality)>,
 }
 
 impl Blocks {
     /// Divides a whole file. Blocks end where sections do, so that no section waits for another;
-    /// sections that fit into one symbol together share a block, those too large for one are cut evenly.
+    /// sections that fit into one symbol together share a block, those too large for one are cut evenly. The groups
+    /// of a level have blocks of their own, of which each is a symbol.
     ///
     /// # Errors
     /// What is wrong with the file's header; [`Error::Truncated`] if the file is not whole;
     /// [`Error::Unsupported`] if it has more blocks than can be told.
     pub(super) fn cut(file: &[u8]) -> Result<Blocks> {
         let header = header(file)?;
-        let ends: Vec<usize> = header.sections.iter().map(|section| section.end() as usize).collect();
+        let grouped = grouped(&header, file);
+        let mut ends: Vec<End> =
+            header.sections.iter().map(|section| End::of(section.end() as usize)).collect();
+        for level in &grouped {
+            ends.push(End::of(level.start));
+            ends.iter_mut().filter(|end| end.place == level.end).for_each(|end| end.unit = level.size);
+        }
+        ends.sort_by_key(|end| end.place);
         let start = header.sections.first().map_or(file.len(), |section| section.offset as usize);
         // As many sections open the file as share one symbol with the manifest.
-        let heads = std::iter::once(start).chain(ends);
-        let cuts = heads.clone().map(|head| (head, group(head, heads.clone())));
+        let heads = std::iter::once(End::of(start)).chain(ends);
+        let cuts = heads.clone().map(|head| (head.place, group(head.place, heads.clone())));
         let fits =
             |(head, ranges): &(usize, Vec<_>)| MANIFEST_HEAD + ENTRY * ranges.len() + head <= MAX_SYMBOL;
         let (head, ranges) =
@@ -110,9 +120,12 @@ impl Blocks {
         let opening = opening(file, head, &ranges)?;
         let reached = std::iter::once(head).chain(ranges.iter().map(|range| range.end));
         let qualities = reached.map(|end| quality(&header, end as u64)).collect();
-        let stages = header.sections.iter().map(|section| (section.end(), quality(&header, section.end())));
-        let stages = stages.collect();
-        Ok(Blocks { opening, ranges, qualities, stages })
+        let of_block = |range: &Range<usize>| grouped.iter().find_map(|level| level.holes(range));
+        let holes = std::iter::once(None).chain(ranges.iter().map(of_block)).collect();
+        let sections = header.sections.iter().map(|section| (section.end(), quality(&header, section.end())));
+        let mut stages: Vec<_> = sections.chain(grouped.iter().flat_map(Grouped::stages)).collect();
+        stages.sort_by_key(|stage| stage.0);
+        Ok(Blocks { opening, ranges, qualities, holes, stages })
     }
 
     pub(super) fn id(&self) -> FileId {
@@ -129,7 +142,13 @@ impl Blocks {
         self.qualities[block]
     }
 
-    /// The ends of the file's sections, and what the file shows when it has arrived up to there.
+    /// What the file shows once all before `block` is there, and so many of its source symbols, if it shows more than
+    /// without them.
+    pub(super) fn in_part(&self, block: usize, symbols: usize) -> Option<Quality> {
+        self.holes.get(block)?.map(|holes| holes.quality(symbols))
+    }
+
+    /// The ends of the file's sections and groups, and what the file shows when it has arrived up to there.
     pub(super) fn stages(&self) -> &[(u64, Quality)] {
         &self.stages
     }
@@ -160,17 +179,98 @@ fn header(file: &[u8]) -> Result<Header> {
     }
 }
 
+/// Where a section, or the head of one in groups, ends.
+#[derive(Clone, Copy)]
+struct End {
+    place: usize,
+    /// Bytes that shall not be divided.
+    unit: usize,
+}
+
+impl End {
+    fn of(place: usize) -> Self {
+        End { place, unit: 1 }
+    }
+}
+
+/// A level in groups.
+struct Grouped {
+    /// Where its groups begin and end.
+    start: usize,
+    end: usize,
+    /// Bytes of one.
+    size: usize,
+    /// The errors of the level below and its own.
+    errors: [f64; 2],
+}
+
+impl Grouped {
+    fn count(&self) -> usize {
+        (self.end - self.start) / self.size
+    }
+
+    /// What part of the level a block is, if it is one and each of its groups is a source symbol.
+    fn holes(&self, block: &Range<usize>) -> Option<Holes> {
+        let code = Code::of(block.len()).filter(|code| code.size == self.size)?;
+        let before = block.start.checked_sub(self.start).filter(|_| block.end <= self.end)?;
+        let is_whole = code.symbols as usize * self.size == block.len();
+        let holes = Holes { errors: self.errors, before: before / self.size, count: self.count() };
+        (is_whole && before.is_multiple_of(self.size)).then_some(holes)
+    }
+
+    /// The ends of all groups but the last, and what is shown up to there.
+    fn stages(&self) -> impl Iterator<Item = (u64, Quality)> {
+        let holes = Holes { errors: self.errors, before: 0, count: self.count() };
+        (1..self.count()).map(move |group| ((self.start + group * self.size) as u64, holes.quality(group)))
+    }
+}
+
+/// What a block holds of a level in groups.
+#[derive(Clone, Copy)]
+struct Holes {
+    /// The errors of the level below and its own.
+    errors: [f64; 2],
+    /// Groups in blocks before, and in all.
+    before: usize,
+    count: usize,
+}
+
+impl Holes {
+    /// The quality of the level with these groups of the block: groups are about equally large parts of the
+    /// surface, and where one is missing it is not worse than the level below. Errors are means of squares.
+    fn quality(&self, groups: usize) -> Quality {
+        let share = ((self.before + groups) as f64 / self.count.max(1) as f64).min(1.0);
+        let [below, own] = self.errors.map(|error| error * error);
+        Quality::of_error((below + share * (own - below)).max(0.0).sqrt())
+    }
+}
+
+/// The levels of a file that are in groups.
+fn grouped(header: &Header, file: &[u8]) -> Vec<Grouped> {
+    let levels = header.sections.iter().zip(&header.outline.levels).filter(|(_, level)| level.grouped);
+    let grouped = levels.filter_map(|(section, level)| {
+        let Section { offset, length, part: Part::Level(index), .. } = *section else { return None };
+        let place = offset as usize;
+        let groups = Groups::read(file.get(place..place + length as usize)?, length).ok()??;
+        let below = header.outline.levels.get(index.checked_sub(1)?)?;
+        let errors = [below.error, level.error].map(f64::from);
+        let start = place + groups.head();
+        Some(Grouped { start, end: place + length as usize, size: groups.size(), errors })
+    });
+    grouped.collect()
+}
+
 /// The blocks after the first `head` bytes of a file whose sections end at `ends`, in order.
-fn group(head: usize, ends: impl Iterator<Item = usize>) -> Vec<Range<usize>> {
+fn group(head: usize, ends: impl Iterator<Item = End>) -> Vec<Range<usize>> {
     let mut blocks: Vec<Range<usize>> = Vec::new();
     let mut start = head;
-    for end in ends.filter(|&end| end > head) {
+    for End { place: end, unit } in ends.filter(|end| end.place > head) {
         match blocks.last_mut() {
             Some(last) if end - last.start <= MAX_SYMBOL => last.end = end,
             _ => {
-                let (length, parts) = (end - start, (end - start).div_ceil(MAX_BLOCK));
-                blocks
-                    .extend((0..parts).map(|i| start + length * i / parts..start + length * (i + 1) / parts));
+                let (units, parts) = ((end - start) / unit, (end - start).div_ceil(MAX_BLOCK / unit * unit));
+                let cut = |i: usize| if i == parts { end } else { start + units * i / parts * unit };
+                blocks.extend((0..parts).map(|i| cut(i)..cut(i + 1)));
             }
         }
         start = end;

@@ -77,7 +77,7 @@ mod tests {
     use crate::transport::GilbertElliott;
 
     fn demand(lacking: u32, gain: f64) -> Demand {
-        Demand { lacking, pending: 0, bytes: 1000, gain }
+        Demand { lacking, pending: 0, bytes: 1000, gain, parts: None }
     }
 
     fn runs() -> Runs {

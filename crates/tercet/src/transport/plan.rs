@@ -37,12 +37,47 @@ pub(super) struct Demand {
     pub(super) bytes: u32,
     /// What is gained when it, and all before it, are complete.
     pub(super) gain: f64,
+    /// What is gained as long as it is not complete itself, if anything is.
+    pub(super) parts: Option<Parts>,
+}
+
+/// Steps in which [`Parts`] are known.
+pub(super) const STEPS: usize = 8;
+
+/// A block whose source symbols are of use one by one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Parts {
+    /// How many there are.
+    pub(super) symbols: u32,
+    /// What is gained by 0, 1/[`STEPS`], 2/[`STEPS`] … of them.
+    pub(super) gains: [f64; STEPS + 1],
+}
+
+impl Parts {
+    /// What is gained by so many symbols on average, not all of them.
+    fn gain(&self, symbols: f64) -> f64 {
+        let most = f64::from(self.symbols.max(1));
+        let at = symbols.min(most - 1.0) / most * STEPS as f64;
+        // The cast keeps the value: it is below STEPS.
+        let step = at as usize;
+        self.gains[step] + (at - step as f64) * (self.gains[step + 1] - self.gains[step])
+    }
 }
 
 impl Demand {
     /// Packets that must be sent for it even if none is lost.
     pub(super) fn deficit(&self) -> u32 {
         self.lacking.saturating_sub(self.pending)
+    }
+
+    /// What so many further packets can be expected to gain besides, of which so many are lost, if the block has
+    /// this chance to be complete.
+    fn partial(&self, packets: u32, chance: f64, loss: f64) -> f64 {
+        self.parts.map_or(0.0, |parts| {
+            let received = parts.symbols.saturating_sub(self.lacking);
+            let coming = f64::from(self.pending + packets) * (1.0 - loss);
+            (1.0 - chance) * parts.gain(f64::from(received) + coming)
+        })
     }
 }
 
@@ -53,24 +88,40 @@ const UNITS: u64 = 2000;
 /// Finest unit: parts of the largest packet.
 const PARTS: u64 = 256;
 
-/// A number of packets for a block and the probability that it can be decoded then.
+/// A number of packets for a block, the probability that it can be decoded then, and what is gained on average by
+/// the cases in which it cannot.
 #[derive(Clone, Copy)]
 pub(super) struct Choice {
     pub(super) packets: u32,
     pub(super) chance: f64,
+    partial: f64,
 }
 
-/// The choices for a block: none, then its deficit and more, up to certainty or the budget's end.
+/// Choices below the deficit of a block that is of use in part, about.
+const PARTIAL_CHOICES: u32 = 16;
+
+/// The choices for a block: none, then its deficit and more, up to certainty or the budget's end; if it is of use in
+/// part, some in between.
 ///
 /// `follows`: whether its packets are sent right after others that arrive.
 /// The packets before the repairs are convolved once; each number of repairs takes linear time.
 pub(super) fn choices(demand: &Demand, budget: u64, follows: bool, runs: &mut Runs) -> Vec<Choice> {
     let deficit = demand.deficit();
+    let loss = runs.loss();
+    let of = |packets: u32, chance: f64| Choice {
+        packets,
+        chance,
+        partial: demand.partial(packets, chance, loss),
+    };
     let mut choices = Vec::new();
-    if deficit > 0 {
-        choices.push(Choice { packets: 0, chance: 0.0 });
-    }
     let affordable = u32::try_from(budget / u64::from(demand.bytes.max(1))).unwrap_or(u32::MAX);
+    if deficit > 0 {
+        let some = demand.parts.map_or(1, |_| deficit.min(affordable + 1));
+        let step = deficit.div_ceil(PARTIAL_CHOICES) as usize;
+        let partial = (0..some).step_by(step).map(|packets| of(packets, 0.0));
+        // What gains no more than nothing does would stop who looks at the next choice only.
+        choices.extend(partial.filter(|choice| choice.packets == 0 || choice.partial > of(0, 0.0).partial));
+    }
     if deficit > affordable {
         return choices;
     }
@@ -82,7 +133,7 @@ pub(super) fn choices(demand: &Demand, budget: u64, follows: bool, runs: &mut Ru
             None => *p,
         });
         let chance = chance.sum::<f64>().min(1.0);
-        choices.push(Choice { packets: deficit + repairs, chance });
+        choices.push(of(deficit + repairs, chance));
         if chance > CERTAIN {
             break;
         }
@@ -112,8 +163,9 @@ pub(super) fn expected(demands: &[Demand], packets: &[u32], runs: &mut Runs) -> 
     for (demand, &packets) in demands.iter().zip(packets) {
         let known = choices(demand, u64::from(packets) * u64::from(demand.bytes), follows, runs);
         follows |= demand.deficit() + demand.pending > 0;
-        chance *= known.last().map_or(0.0, |choice| choice.chance);
-        value += chance * demand.gain;
+        let choice = known.last().copied().unwrap_or(Choice { packets: 0, chance: 0.0, partial: 0.0 });
+        value += chance * (choice.chance * demand.gain + choice.partial);
+        chance *= choice.chance;
     }
     value
 }
@@ -141,7 +193,8 @@ fn shared(demands: &[Demand], budget: u64, share: f64) -> Vec<u32> {
         *packets = (demand.lacking + redundancy).saturating_sub(demand.pending);
         let cost = u64::from(*packets) * u64::from(demand.bytes);
         if cost > left {
-            *packets = 0;
+            // The cast keeps the value: it is less than the packets that cost more.
+            *packets = demand.parts.map_or(0, |_| (left / u64::from(demand.bytes.max(1))) as u32);
             break;
         }
         left -= cost;
@@ -162,8 +215,8 @@ fn greedy(demands: &[Demand], budget: u64, runs: &mut Runs) -> Vec<u32> {
     let value = |taken: &[usize]| {
         let (mut value, mut chance) = (0.0, 1.0);
         for ((choices, &i), demand) in choices.iter().zip(taken).zip(demands) {
+            value += chance * (choices[i].chance * demand.gain + choices[i].partial);
             chance *= choices[i].chance;
-            value += chance * demand.gain;
         }
         value
     };
@@ -210,7 +263,7 @@ fn optimal(demands: &[Demand], budget: u64, runs: &mut Runs) -> Vec<u32> {
         for (i, choice) in choices.iter().enumerate() {
             let spent = choice.packets as usize * cost;
             for b in spent..=units {
-                let value = choice.chance * (demand.gain + best[b - spent]);
+                let value = choice.chance * (demand.gain + best[b - spent]) + choice.partial;
                 if value > better[b] {
                     (better[b], indices[b]) = (value, i as u32);
                 }
@@ -224,10 +277,10 @@ fn optimal(demands: &[Demand], budget: u64, runs: &mut Runs) -> Vec<u32> {
     let mut packets = vec![0; demands.len()];
     for (block, indices) in chosen.iter().rev().enumerate() {
         let choice = choices[block][indices[left] as usize];
+        packets[block] = choice.packets;
         if choice.chance == 0.0 {
             break;
         }
-        packets[block] = choice.packets;
         left -= choice.packets as usize * costs[block];
     }
     packets

@@ -1,6 +1,6 @@
 //! From datagrams to the verified bytes of a file.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use super::blocks::{FileId, Manifest};
 use super::code::{Code, decode};
@@ -37,8 +37,8 @@ pub enum Received {
 
 /// Gathers the symbols of a file in any order, and gives out its bytes in theirs.
 ///
-/// No byte is given out that the [`FileId`] does not vouch for. Memory is bounded by the [`Limits`]:
-/// symbols of incomplete blocks, and complete blocks that wait for one before them.
+/// No byte is given out that the [`FileId`] does not vouch for, except for looking ([`glimpse`](Receiver::glimpse)).
+/// Memory is bounded by the [`Limits`]: symbols of incomplete blocks, and complete blocks that wait for one before them.
 pub struct Receiver {
     id: FileId,
     tag: Tag,
@@ -50,6 +50,9 @@ pub struct Receiver {
     /// The first block that has not been given out.
     next: usize,
     ready: VecDeque<Vec<u8>>,
+    /// Where that block begins in the file, and which of its symbols have been shown.
+    place: u64,
+    shown: BTreeSet<u32>,
     /// Bytes of memory that symbols and complete blocks take.
     held: u64,
 }
@@ -89,6 +92,8 @@ impl Receiver {
             blocks: BTreeMap::new(),
             next: 0,
             ready: VecDeque::new(),
+            place: 0,
+            shown: BTreeSet::new(),
             held: 0,
         }
     }
@@ -148,6 +153,21 @@ impl Receiver {
         let bytes = self.ready.pop_front()?;
         self.held = self.held.saturating_sub(bytes.len() as u64);
         Some(bytes)
+    }
+
+    /// Bytes of the block that comes next, as a source symbol has brought them, and where in the file they lie; each
+    /// only once. [`Decoder::glimpse`](crate::Decoder::glimpse) shows what it can of them. The digest does **not**
+    /// vouch for them yet: they are for looking only, and come again by [`take`](Receiver::take).
+    pub fn glimpse(&mut self) -> Option<(u64, Vec<u8>)> {
+        let length = self.manifest.as_ref()?.length(self.next)?;
+        let Block::Incomplete(claims) = self.blocks.get(&self.next)? else { return None };
+        let claim = claims.iter().find(|claim| claim.length == length)?;
+        let sources = claim.symbols.range(..claim.code.symbols);
+        let (&number, bytes) = sources.into_iter().find(|(number, _)| !self.shown.contains(number))?;
+        self.shown.insert(number);
+        let start = number as usize * claim.code.size;
+        let bytes = &bytes[..bytes.len().min(length.saturating_sub(start))];
+        Some((self.place + start as u64, bytes.to_vec()))
     }
 
     /// Whether every byte of the file has arrived.
@@ -228,6 +248,9 @@ impl Receiver {
     /// Decodes a block if it can be, and gives out what has become complete in order.
     fn settle(&mut self, block: usize) -> Received {
         let result = self.restore(block);
+        if result == Received::Refuted && block == self.next {
+            self.shown.clear();
+        }
         if result == Received::Completed && block == 0 {
             self.judge_waiting();
         }
@@ -247,8 +270,10 @@ impl Receiver {
     fn release(&mut self) {
         while let Some(Block::Complete(_)) = self.blocks.get(&self.next) {
             if let Some(Block::Complete(bytes)) = self.blocks.remove(&self.next) {
+                self.place += bytes.len() as u64;
                 self.ready.push_back(bytes);
             }
+            self.shown.clear();
             self.next += 1;
         }
     }

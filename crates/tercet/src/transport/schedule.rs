@@ -16,7 +16,7 @@ use super::cover::{Cover, cover};
 use super::loss::{GilbertElliott, Runs};
 use super::pace::pace;
 use super::packet::{MAX_DATAGRAM, OVERHEAD};
-use super::plan::{Demand, Strategy, expected, plan};
+use super::plan::{Demand, Parts, STEPS, Strategy, expected, plan};
 use super::pool::deepest;
 use super::quality::{Objective, Quality};
 use super::report::Report;
@@ -80,8 +80,9 @@ pub(super) struct Turn {
 /// A block as the sender sees it.
 struct Block {
     code: Code,
-    /// What is gained by it.
+    /// What is gained by it, and by parts of it.
     gain: f64,
+    parts: Option<Parts>,
     /// Whether there is no mesh without it.
     base: bool,
     complete: bool,
@@ -113,7 +114,7 @@ impl Block {
 
     fn demand(&self) -> Demand {
         let (lacking, pending) = (self.lacking(), self.pending);
-        Demand { lacking, pending, bytes: self.bytes(), gain: self.gain }
+        Demand { lacking, pending, bytes: self.bytes(), gain: self.gain, parts: self.parts }
     }
 }
 
@@ -150,12 +151,25 @@ impl Schedule {
         for i in 0..source.blocks.count() {
             // Blocks are never empty nor too large: Blocks::cut sees to that.
             let Some(code) = Code::of(source.blocks.bytes(source.file(), i).len()) else { continue };
-            let quality = source.blocks.quality(i);
-            let gain = settings.objective.value(quality) - settings.objective.value(before);
+            let mut quality = source.blocks.quality(i);
+            if let Some(next) = source.blocks.in_part(i + 1, 1).filter(|_| quality == before) {
+                // Shows nothing itself, but a packet after it does.
+                quality = next;
+            }
+            let gain =
+                |quality| (settings.objective.value(quality) - settings.objective.value(before)).max(0.0);
+            let symbols = code.symbols as usize;
+            let in_part = |step: usize| source.blocks.in_part(i, symbols * step / STEPS);
+            let parts = in_part(0).map(|least| Parts {
+                symbols: code.symbols,
+                gains: std::array::from_fn(|step| gain(in_part(step).unwrap_or(least))),
+            });
+            let gain = gain(quality);
             let base = before == Quality::NOTHING;
             blocks.push(Block {
                 code,
-                gain: gain.max(0.0),
+                gain,
+                parts,
                 base,
                 complete: false,
                 received: 0,

@@ -4,8 +4,9 @@ use super::code::{Code, Encoder};
 use super::packet::Packet;
 use super::simulation::{Channel, Loss, ordered, session, summarize};
 use super::*;
-use crate::{EncodeOptions, encode, shapes};
+use crate::{Decoder, EncodeOptions, Limits, Mesh, Scheme, decode, encode, shapes, subdivide};
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Duration;
 
 fn spec(name: &str) -> String {
@@ -146,4 +147,100 @@ fn protection_pays() {
     let baseline: Vec<_> = (0..200).map(|seed| ordered(&source, &channel, seed, end)).collect();
     let baseline = summarize(&baseline, &times, round_trip, end);
     assert!(optimal.exact < 0.7 * baseline.exact, "{} {}", optimal.exact, baseline.exact);
+}
+
+/// A √3 file whose finest levels are in groups, and the mesh.
+fn grouped() -> (Source, Mesh) {
+    let base = shapes::scan(200, 1);
+    let mesh = subdivide(&base, Scheme::Sqrt3, 4, &Limits::default()).unwrap();
+    let options = EncodeOptions { bits: Some(12), groups: true, ..EncodeOptions::default() };
+    let file = encode(&shapes::noisy(&mesh, 0.002, 1), &options).unwrap().bytes;
+    (Source::new(file.clone()).unwrap(), decode(&file, &Limits::default()).unwrap())
+}
+
+#[test]
+fn groups_are_the_symbols_of_their_blocks() {
+    let (source, _) = grouped();
+    let of_use: Vec<usize> =
+        (0..source.blocks.count()).filter(|&i| source.blocks.in_part(i, 0).is_some()).collect();
+    assert!(of_use.len() >= 2);
+    for i in of_use {
+        let symbols = code::Code::of(source.blocks.bytes(source.file(), i).len()).unwrap().symbols as usize;
+        let shown: Vec<_> = (0..=symbols).map(|n| source.blocks.in_part(i, n).unwrap().error()).collect();
+        assert!(shown.is_sorted_by(|a, b| a > b));
+        assert_eq!(shown[0], source.blocks.quality(i - 1).error());
+    }
+}
+
+/// Whatever the strategy, all blocks are sent, those that show nothing by themselves among them.
+#[test]
+fn files_in_groups_arrive_before_a_deadline() {
+    let (source, _) = grouped();
+    let channel = Channel::new(Loss::Independent(0.0), 125_000.0, Duration::from_millis(100)).unwrap();
+    for strategy in [Strategy::None, Strategy::Equal, Strategy::Greedy, Strategy::Optimal] {
+        let end = Duration::from_secs(5);
+        let run = session(&source, settings(strategy, Goal::Deadline(end), &channel), &channel, 1, end);
+        assert!(run.exact().is_some(), "{strategy:?}");
+    }
+}
+
+/// The mean square of the distances of vertices, those of a surface that is not there yet from its last one.
+fn error(shown: &[[f32; 3]], exact: &[[f32; 3]]) -> f64 {
+    let squares = shown.iter().flatten().zip(exact.iter().flatten()).map(|(a, b)| f64::from(a - b).powi(2));
+    squares.sum::<f64>() / exact.len() as f64
+}
+
+/// Of 25 % of packets lost, each level is shown with fewer and fewer holes, and the whole is exact.
+#[test]
+fn levels_fill_up_while_packets_are_lost() {
+    let (source, mesh) = grouped();
+    let exact = levels(source.file());
+    for seed in 0..3 {
+        let mut random = shapes::Random::new(seed);
+        let channel = Channel::new(Loss::Independent(0.25), 125_000.0, Duration::from_millis(100)).unwrap();
+        let source = Arc::new(Source::new(source.file()).unwrap());
+        let mut sender = Sender::new(source.clone(), settings(Strategy::Optimal, Goal::Anytime, &channel));
+        let mut receiver = Receiver::new(source.id(), Limits::default());
+        let mut decoder = Decoder::new(Limits::default());
+        let (mut level, mut before, mut holes, mut last) = (0, f64::INFINITY, 0, None);
+        for tick in 0..100_000 {
+            let now = Duration::from_millis(10 * tick);
+            if let Some(datagram) = sender.next_packet(now)
+                && random.unit() >= 0.25
+            {
+                receiver.push(&datagram);
+            }
+            while let Some(bytes) = receiver.take() {
+                decoder.push(&bytes);
+            }
+            while let Some(next) = decoder.next_level().unwrap() {
+                (level, before) = (next.level as usize + 1, f64::INFINITY);
+                last = Some(next.mesh);
+            }
+            let mut glimpsed = 0;
+            while let Some((place, bytes)) = receiver.glimpse() {
+                glimpsed += decoder.glimpse(place, &bytes);
+            }
+            if let Some(shown) = decoder.preview().filter(|_| glimpsed > 0) {
+                let now = error(&shown.mesh.positions, &exact[level].positions);
+                assert!(shown.mesh.faces == exact[level].faces && now < before, "{now} after {before}");
+                (before, holes) = (now, holes + 1);
+            }
+            if tick % 5 == 0 {
+                sender.report(&receiver.report().write(), now);
+            }
+            if sender.is_done() {
+                break;
+            }
+        }
+        assert!(receiver.is_complete() && holes > 10, "{holes}");
+        decoder.finish().unwrap();
+        assert!(last.unwrap() == mesh);
+    }
+}
+
+fn levels(file: &[u8]) -> Vec<Mesh> {
+    let mut decoder = Decoder::new(Limits::default());
+    decoder.push(file);
+    std::iter::from_fn(|| decoder.next_level().unwrap()).map(|level| level.mesh).collect()
 }

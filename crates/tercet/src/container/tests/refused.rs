@@ -46,10 +46,11 @@ fn features_of_later_versions_are_unsupported() {
     read(&changed(0, 1)).2.unwrap();
     assert!(unsupported(&changed(0, 0x80)), "a reserved flag");
     read(&changed(1, 16)).2.unwrap();
+    assert!(matches!(failure(&changed(0, 0x10)), Error::Format { .. }), "groups that no level has");
     assert!(unsupported(&changed(1, 0)), "no stream");
     assert!(unsupported(&changed(1, 17)), "seventeen streams");
     assert!(unsupported(&changed(2, 4)), "a precision");
-    assert!(unsupported(&changed(kind, 6)), "a level kind");
+    assert!(unsupported(&changed(kind, 9)), "a level kind");
     assert!(unsupported(&changed(kind, 0x30)), "an update rule");
     for code in [0, 7, 127] {
         assert!(unsupported(&with_table(&[&[2], BASE, &[code, 0, 0, 0, 0, 0]])), "section type {code}");

@@ -4,7 +4,7 @@ use crate::transport::GilbertElliott;
 use std::time::Instant;
 
 fn demand(lacking: u32, bytes: u32, gain: f64) -> Demand {
-    Demand { lacking, pending: 0, bytes, gain }
+    Demand { lacking, pending: 0, bytes, gain, parts: None }
 }
 
 fn cost(demands: &[Demand], packets: &[u32]) -> u64 {

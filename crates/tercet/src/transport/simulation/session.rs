@@ -86,6 +86,9 @@ impl Session<'_> {
                     let shown = self.receiver.done.checked_sub(1);
                     let quality = shown.map_or(Quality::NOTHING, |block| self.source.blocks.quality(block));
                     self.run.saw(now, quality);
+                    if let Some(quality) = self.receiver.in_part(self.source) {
+                        self.run.saw(now, quality);
+                    }
                 }
                 Event::Tick => self.report(now),
                 Event::Report(index) => {
@@ -129,6 +132,8 @@ struct Tally {
 }
 
 struct TallyBlock {
+    /// Source symbols.
+    source: u32,
     /// Symbols that restore it.
     needed: usize,
     received: BTreeSet<u32>,
@@ -149,7 +154,7 @@ impl Tally {
             while !code.is_exact() && random.below(100) == 0 {
                 needed += 1;
             }
-            TallyBlock { needed, received: BTreeSet::new() }
+            TallyBlock { source: code.symbols, needed, received: BTreeSet::new() }
         });
         Tally { blocks: blocks.collect(), heard: 0, done: 0 }
     }
@@ -160,6 +165,12 @@ impl Tally {
         while self.blocks.get(self.done).is_some_and(TallyBlock::is_complete) {
             self.done += 1;
         }
+    }
+
+    /// What the source symbols of the first incomplete block show.
+    fn in_part(&self, source: &Source) -> Option<Quality> {
+        let block = self.blocks.get(self.done)?;
+        source.blocks.in_part(self.done, block.received.range(..block.source).count())
     }
 
     fn report(&self) -> Report {
