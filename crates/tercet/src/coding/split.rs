@@ -250,7 +250,7 @@ impl Face<'_> {
 
     /// The corner with the fewest undecided faces: its valence, splits so far and undecided faces.
     #[inline(always)]
-    fn tightest(&self) -> usize {
+    pub fn tightest(&self) -> usize {
         let [a, b, c] = self.corners.map(|v| {
             let [valence, split, undecided] = self.corner(v);
             let key = (valence.min(11) * 6 + split.min(5)) * 5 + undecided.min(4);

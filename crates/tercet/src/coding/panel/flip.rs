@@ -5,9 +5,9 @@ use super::{Births, Panel};
 use crate::entropy::Coder;
 use crate::mesh::{Surface, next, prev};
 
-/// The contexts of the mixed model and seven more.
+/// The contexts of the mixed model and nine more.
 pub(crate) struct FlipPanel {
-    bits: Panel<11, 5>,
+    bits: Panel<13, 5>,
     pub births: Births,
 }
 
@@ -19,7 +19,21 @@ impl Default for FlipPanel {
     fn default() -> Self {
         let ages = END_AGES * APEX_AGES;
         let [a, b, c, d] = Edge::MIXED_SIZES;
-        let sizes = [a, b, c, d, 2048, 1024, ages * 16, END_AGES * 64, 256 * 64, 256 * 64, 32 * 32 * 4];
+        let sizes = [
+            a,
+            b,
+            c,
+            d,
+            2048,
+            1024,
+            ages * 16,
+            END_AGES * 64,
+            256 * 64,
+            256 * 64,
+            32 * 32 * 4,
+            32 * 256,
+            128 * 256,
+        ];
         FlipPanel { bits: Panel::new(sizes, [Edge::SETS, 256, ages, 64, 4]), births: Births::default() }
     }
 }
@@ -65,6 +79,8 @@ impl FlipPanel {
             outcomes * 64 + valences(ends),
             outcomes * 64 + valences(apexes),
             (balance * 32 + angle) * 4 + kind,
+            angle * 256 + outcomes,
+            (balance * 4 + kind) * 256 + outcomes,
         ];
         self.bits.code(coder, bit, [edge.set(), outcomes, ages, balance * 2 + one, kind], contexts)
     }

@@ -6,7 +6,7 @@ mod flip;
 mod split;
 
 use super::model::LIMIT;
-use crate::entropy::{Coder, Counter, Mixer, Opinions, error, squash};
+use crate::entropy::{Coder, Counter, LOGIT_LIMIT, Mixer, Opinions, Secondary, error, squash};
 
 use births::Births;
 pub(super) use flip::FlipPanel;
@@ -26,6 +26,8 @@ pub(crate) struct Panel<const N: usize, const S: usize> {
     counters: Vec<Counter>,
     start: [usize; N],
     mixers: [Mixer<VECTORS>; S],
+    /// What the average has turned out to mean, by the first set.
+    secondary: Secondary,
 }
 
 impl<const N: usize, const S: usize> Panel<N, S> {
@@ -42,7 +44,8 @@ impl<const N: usize, const S: usize> Panel<N, S> {
         let mut weights = [[0; 8]; VECTORS];
         weights.as_flattened_mut()[..N].fill((8192 * 3 / 2 / N as i32) as i16);
         let mixers = sets.map(|sets| Mixer::new(sets, |_| weights));
-        Panel { counters: vec![Counter::NEW; total], start, mixers }
+        let secondary = Secondary::new(sets[0]);
+        Panel { counters: vec![Counter::NEW; total], start, mixers, secondary }
     }
 
     /// Codes `bit` and learns it. `contexts[i]` must be less than the i-th size, `sets[i]` than the
@@ -65,8 +68,11 @@ impl<const N: usize, const S: usize> Panel<N, S> {
         for (mixer, set) in self.mixers.iter_mut().zip(sets) {
             sum += mixer.set(set).mix(opinions);
         }
-        let p = squash(sum.div_euclid(S as i32));
-        let bit = coder.bit(bit, p);
+        let logit = sum.div_euclid(S as i32).clamp(-LOGIT_LIMIT, LOGIT_LIMIT);
+        let p = squash(logit);
+        let (refined, knot) = self.secondary.refine(sets[0], logit);
+        let bit = coder.bit(bit, ((p as u32 + refined as u32) / 2) as u16);
+        self.secondary.learn(knot, bit);
         let error = error(bit, p);
         for (mixer, set) in self.mixers.iter_mut().zip(sets) {
             mixer.set(set).learn(opinions, error, RATE);

@@ -4,9 +4,9 @@ use super::super::split::Face;
 use super::{Births, Panel};
 use crate::entropy::Coder;
 
-/// The contexts of the mixed model and seven more.
+/// The contexts of the mixed model and nine more.
 pub(crate) struct SplitPanel {
-    bits: Panel<11, 5>,
+    bits: Panel<13, 5>,
     pub births: Births,
 }
 
@@ -19,7 +19,21 @@ const PAIRS: usize = 128;
 impl Default for SplitPanel {
     fn default() -> Self {
         let [a, b, c, d] = Face::MIXED_SIZES;
-        let sizes = [a, b, c, d, 512, 3584, 512, PAIRS * PAIRS, AGES * 16, AGES * 512, 16 * AGES];
+        let sizes = [
+            a,
+            b,
+            c,
+            d,
+            512,
+            3584,
+            512,
+            PAIRS * PAIRS,
+            AGES * 16,
+            AGES * 512,
+            16 * AGES,
+            360 * 16,
+            AGES * 360,
+        ];
         SplitPanel { bits: Panel::new(sizes, [Face::SETS, AGES, 48, 16, 1]), births: Births::default() }
     }
 }
@@ -43,6 +57,8 @@ impl SplitPanel {
             ages * 16 + face.neighbours,
             ages * 512 + face.valences(),
             face.local * AGES + ages,
+            face.tightest() * 16 + face.local,
+            ages * 360 + face.tightest(),
         ];
         let sets = [face.set(), ages, face.local * 3 + face.share(), size, 0];
         self.bits.code(coder, bit, sets, contexts)

@@ -1,8 +1,8 @@
-//! Roots and logarithms to a thousandth, which is as near as a score needs them: an exact root takes longer than all
-//! else that is asked of a fan.
+//! Roots to a few parts in ten thousand, and logarithms, which is as near as scores need them: an exact root takes
+//! longer than all else that is asked of a fan.
 
 /// Bits of a number that decide its root; of the first two at least one is set.
-const INDEX_BITS: u32 = 10;
+const INDEX_BITS: u32 = 13;
 const LEAST_INDEX: usize = 1 << (INDEX_BITS - 2);
 const INDICES: usize = (1 << INDEX_BITS) - LEAST_INDEX;
 
