@@ -107,12 +107,7 @@ impl FlipModels {
                 let known = flip.get(c as usize).is_some_and(|&flip| flip);
                 let edge = course.look(corners, turned);
                 match self {
-                    FlipModels::Counted(counters) => {
-                        let counter = &mut counters[edge.context()];
-                        let bit = coder.bit(known, counter.p());
-                        counter.learn(bit, LIMIT);
-                        bit
-                    }
+                    FlipModels::Counted(counters) => counters[edge.context()].code(coder, known, LIMIT),
                     FlipModels::Mixed(bits) => bits.code(coder, known, edge.set(), edge.contexts()),
                     #[cfg(feature = "max")]
                     FlipModels::Panel(panel) => panel.code(coder, known, surface, corners, &edge),

@@ -1,5 +1,4 @@
-//! What the faces of a coarse surface look like, in one pass: what split bits, estimates and flip
-//! bits know of the geometry.
+//! Lengths, areas and directions of faces, to two digits.
 //!
 //! Everything here serves contexts or a guess, so that two digits are enough: reciprocal lengths
 //! come from a table, logarithms are linear between powers of two.

@@ -72,12 +72,7 @@ impl SplitModels {
             let opposites = [opposites[0], opposites[1], opposites[2]];
             let face = course.look(index, corners, opposites);
             *bit = match self {
-                SplitModels::Counted(counters) => {
-                    let counter = &mut counters[face.context()];
-                    let bit = coder.bit(*bit, counter.p());
-                    counter.learn(bit, LIMIT);
-                    bit
-                }
+                SplitModels::Counted(counters) => counters[face.context()].code(coder, *bit, LIMIT),
                 SplitModels::Mixed(bits) => bits.code(coder, *bit, face.set(), face.contexts()),
                 #[cfg(feature = "max")]
                 SplitModels::Panel(panel) => panel.code(coder, *bit, &face),

@@ -323,9 +323,7 @@ fn escape<C: Coder>(coder: &mut C, counters: &mut [Counter], unit: i64) -> i64 {
     let wanted = rest.ilog2() as usize;
     let mut length = 0;
     for counter in &mut counters[..LENGTHS - 1] {
-        let more = coder.bit(length < wanted, counter.p());
-        counter.learn(more, 250);
-        if !more {
+        if !counter.code(coder, length < wanted, 250) {
             break;
         }
         length += 1;

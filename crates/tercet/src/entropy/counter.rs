@@ -1,6 +1,6 @@
 //! A probability that learns.
 
-use super::stretch;
+use super::{Coder, stretch};
 
 /// An adaptive probability of a 1: the first outcomes move it far, later ones less.
 ///
@@ -36,6 +36,14 @@ impl Counter {
     #[inline(always)]
     pub fn logit(self) -> i16 {
         stretch(self.p())
+    }
+
+    /// Codes a decision with this probability alone, and learns it; `limit` as in [`learn`](Counter::learn).
+    #[inline(always)]
+    pub fn code<C: Coder>(&mut self, coder: &mut C, bit: bool, limit: u16) -> bool {
+        let bit = coder.bit(bit, self.p());
+        self.learn(bit, limit);
+        bit
     }
 
     /// Learns an outcome; `limit` (< 256) bounds its memory.

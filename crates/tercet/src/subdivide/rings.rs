@@ -10,7 +10,7 @@
 //!
 //! Faces with a plain corner are rare and are left to their stencils.
 
-use super::stencil::{PLAIN, Stencil, mark_boundary, of_face};
+use super::stencil::{PLAIN, Stencil, inner_valence, mark_boundary, of_face};
 use super::weights::{MAX_VALENCE, ROWS};
 use super::{FRACTION_BITS, StepKind};
 use crate::mesh::{Surface, next};
@@ -91,9 +91,7 @@ fn fans(coarse: &Surface, kind: StepKind, positions: &[[i32; 3]]) -> Vec<Fan> {
         }
     }
     for fan in &mut fans {
-        if !(3..=MAX_VALENCE as u32).contains(&fan.valence) {
-            fan.valence = PLAIN.into();
-        }
+        fan.valence = inner_valence(fan.valence).into();
     }
     mark_boundary(coarse, kind, |v| fans[v as usize].valence = PLAIN.into());
     fans

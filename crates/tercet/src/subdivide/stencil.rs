@@ -186,10 +186,14 @@ fn is_boundary_edge(coarse: &Surface, c: u32) -> bool {
     coarse.is_virtual_face(coarse.across(c) / 3)
 }
 
+/// A valence if it is ordinary or extraordinary, else [`PLAIN`].
+pub(super) fn inner_valence(valence: u32) -> u8 {
+    if (3..=MAX_VALENCE as u32).contains(&valence) { valence as u8 } else { PLAIN }
+}
+
 /// For each vertex its valence if it is ordinary or extraordinary, else [`PLAIN`].
 pub(super) fn inner_valences(coarse: &Surface, kind: StepKind) -> Vec<u8> {
-    let known = |n: u32| if (3..=MAX_VALENCE as u32).contains(&n) { n as u8 } else { PLAIN };
-    let mut valences: Vec<u8> = coarse.valences().into_iter().map(known).collect();
+    let mut valences: Vec<u8> = coarse.valences().into_iter().map(inner_valence).collect();
     mark_boundary(coarse, kind, |v| valences[v as usize] = PLAIN);
     valences
 }

@@ -34,8 +34,7 @@ impl NumberModel {
         let value = value.min(u32::MAX - 1) + 1;
         let wanted = value.ilog2();
         let mut bits = 0;
-        while bits < 31 && decide(coder, &mut self.lengths[context * LENGTHS + bits as usize], bits < wanted)
-        {
+        while bits < 31 && self.lengths[context * LENGTHS + bits as usize].code(coder, bits < wanted, LIMIT) {
             bits += 1;
         }
         let learnt = bits.min(LEARNT);
@@ -43,7 +42,7 @@ impl NumberModel {
         let mut top = 1u32;
         for k in 1..=learnt {
             let bit = value >> (bits - k) & 1 == 1;
-            top = top << 1 | decide(coder, &mut self.leading[nodes + top as usize], bit) as u32;
+            top = top << 1 | self.leading[nodes + top as usize].code(coder, bit, LIMIT) as u32;
         }
         let rest = bits - learnt;
         let low = coder.raw_wide(value & ((1 << rest) - 1), rest);
@@ -53,17 +52,11 @@ impl NumberModel {
     /// Codes a number whose magnitude is below 2³² − 1.
     pub fn code_signed<C: Coder>(&mut self, coder: &mut C, value: i64, context: usize) -> i64 {
         let magnitude = self.code(coder, value.unsigned_abs() as u32, context) as i64;
-        if magnitude == 0 || !decide(coder, &mut self.signs[context], value < 0) {
+        if magnitude == 0 || !self.signs[context].code(coder, value < 0, LIMIT) {
             return magnitude;
         }
         -magnitude
     }
-}
-
-fn decide<C: Coder>(coder: &mut C, counter: &mut Counter, bit: bool) -> bool {
-    let bit = coder.bit(bit, counter.p());
-    counter.learn(bit, LIMIT);
-    bit
 }
 
 #[cfg(test)]
