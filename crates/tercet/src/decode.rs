@@ -8,6 +8,7 @@ use crate::container::{
     UpdateRule,
 };
 use crate::entropy::{self, Coder, Cursor};
+use crate::memory;
 use crate::mesh::Mesh;
 use crate::parallel;
 use crate::subdivide::StepKind;
@@ -397,6 +398,7 @@ impl Decoder {
         let Some(mut coder) = streams[0].decoder(bytes) else { return Ok(None) };
         match step_kind(entry.kind) {
             None => {
+                memory::keep(outline.vertices.into());
                 self.levels = Levels::new(effort, outline.streams);
                 self.levels.base(&mut coder, None, &limits)?;
                 // Its positions take time and memory: not for another surface than announced.

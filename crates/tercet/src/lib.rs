@@ -30,6 +30,7 @@ mod entropy;
 mod error;
 pub mod io;
 mod limits;
+mod memory;
 mod mesh;
 pub mod metrics;
 mod parallel;

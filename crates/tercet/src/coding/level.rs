@@ -177,12 +177,14 @@ impl Levels {
     /// Puts the vertices from `first` on where they are expected, if they are.
     fn place(&mut self, first: u32, estimates: &[Vector]) {
         let (surface, Field { positions, rough }) = (&self.surface, &mut self.field);
+        let vertices = surface.vertices as usize;
+        // Levels grow by a factor already: room for twice as many would stay empty at the last one.
+        positions.reserve_exact(vertices.saturating_sub(positions.len()));
         positions.truncate(first as usize);
         positions.extend(estimates.iter().map(|&e| round(e)));
-        positions.resize(surface.vertices as usize, [0; 3]);
-        // Levels grow by a factor already: room for twice as many would stay empty at the last one.
-        rough.reserve_exact(surface.vertices as usize - rough.len());
-        rough.resize(surface.vertices as usize, Roughness::START);
+        positions.resize(vertices, [0; 3]);
+        rough.reserve_exact(vertices.saturating_sub(rough.len()));
+        rough.resize(vertices, Roughness::START);
     }
 
     /// The sites of the vertices from `first` on. They lie in the faces of a coarse surface that became the named
@@ -335,10 +337,7 @@ impl Levels {
         if open.estimates.is_empty() {
             return None;
         }
-        let mut positions = match &open.course {
-            Course::Mixed(regions) => regions.positions(open.first, &self.field),
-            Course::Tables(_) | Course::Groups(_) => (&self.field.positions).into(),
-        };
+        let mut positions: Cow<[Point]> = (&self.field.positions).into();
         if let Some(lifted) = &open.lifted {
             lifted.undo(positions.to_mut());
         }
@@ -451,8 +450,10 @@ impl Levels {
         self.surface = step.refined.surface;
         relax(&self.surface, &mut points, first, self.effort);
         let estimates = points.split_off(first as usize);
-        self.field.positions.truncate(first as usize);
-        self.field.positions.extend(estimates.iter().map(|&p| rounded(p)));
+        let positions = &mut self.field.positions;
+        positions.reserve_exact(self.surface.vertices as usize - positions.len());
+        positions.truncate(first as usize);
+        positions.extend(estimates.iter().map(|&p| rounded(p)));
         self.late = Some(Late { first, estimates });
     }
 

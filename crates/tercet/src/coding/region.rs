@@ -10,7 +10,6 @@ use super::traversal::{Share, Traversal};
 use super::vector::Point;
 use crate::entropy::Coder;
 use crate::parallel;
-use std::borrow::Cow;
 use std::sync::{Mutex, PoisonError};
 
 /// A region has at least so many vertices: its models begin with what those of the first have learnt, and
@@ -31,67 +30,50 @@ pub(crate) struct Field {
     pub rough: Vec<Roughness>,
 }
 
-/// A region that has begun.
-struct Region {
-    field: Field,
-    progress: Progress,
+/// What regions make of how rough the vertices are that were known before the pass. Each begins with the same.
+struct Changes {
+    start: Vec<Roughness>,
+    /// With the changes so far.
+    sum: Vec<Roughness>,
 }
 
-impl Region {
-    fn new(pass: &Pass, models: &mut Positions, field: Field, share: Share) -> Self {
-        let traversal = match pass.by_support {
-            true => Traversal::by_support(pass.surface, pass.first, share),
-            false => Traversal::by_number(pass.surface, pass.first),
-        };
-        models.begin(pass, &field.positions, &field.rough);
-        Region { field, progress: Progress::new(traversal, pass.estimates.len()) }
+impl Changes {
+    fn new(start: &[Roughness]) -> Self {
+        Changes { start: start.to_vec(), sum: start.to_vec() }
     }
 
-    /// Whether all of it is coded.
-    fn code<C: Coder>(
-        &mut self,
-        pass: &Pass,
-        models: &mut Positions,
-        coder: &mut C,
-        targets: &[Point],
-    ) -> bool {
-        let Field { positions, rough } = &mut self.field;
-        models.code(coder, pass, &mut self.progress, targets, positions, rough)
-    }
-
-    /// Copies the positions that are coded.
-    fn show(&self, first: u32, positions: &mut [Point]) {
-        let known = self.progress.traversal.known();
-        for v in (first as usize..known.len()).filter(|&v| known[v]) {
-            positions[v] = self.field.positions[v];
-        }
-    }
-
-    /// Adds what it has changed of `start` to `merged`. Sums do not depend on their order.
-    fn merge(&self, first: u32, start: &Field, merged: &mut Field) {
-        self.show(first, &mut merged.positions);
-        for ((sum, &before), &after) in merged.rough.iter_mut().zip(&start.rough).zip(&self.field.rough) {
+    /// Adds what a region has made of them. Sums do not depend on their order.
+    fn add(&mut self, after: &[Roughness]) {
+        for ((sum, &before), &after) in self.sum.iter_mut().zip(&self.start).zip(after) {
             sum.add_change(before, after);
         }
+    }
+
+    fn finish(mut self) -> Vec<Roughness> {
+        self.sum.iter_mut().for_each(Roughness::settle);
+        self.sum
     }
 }
 
 /// The regions of a pass, and how far they have come.
+///
+/// A region changes its own vertices, and how rough those are that were known before; of the others it knows nothing,
+/// even where they have been coded.
 pub(crate) struct Regions {
     count: u32,
     /// Regions that are coded, and their vertices.
     done: u32,
     coded: usize,
     /// The region after them, if it has begun.
-    current: Option<Region>,
-    /// What is known with the regions that are coded, if there are several.
-    merged: Option<Field>,
+    current: Option<Progress>,
+    /// If there are several, once one has begun.
+    changes: Option<Changes>,
 }
 
 impl Regions {
     /// Regions of which none has begun.
     pub fn new(count: u32) -> Self {
-        Regions { count, done: 0, coded: 0, current: None, merged: None }
+        Regions { count, done: 0, coded: 0, current: None, changes: None }
     }
 
     /// How many there are.
@@ -102,7 +84,8 @@ impl Regions {
     /// Codes what is left of the pass, region *i* by the *i*-th models and coder, the vertices of `targets`
     /// when encoding, until all are coded or bytes are missing; whether all are. Coders may be missing at the
     /// end, while their bytes are. `field` is what was known before the pass, and when all is coded what is
-    /// known then. Time O(n); memory some 40 bytes a vertex for each region at work.
+    /// known then; its positions are those known so far. Time O(n); memory some 40 bytes a vertex for each
+    /// region at work, less if there is one thread.
     pub fn code<C: Coder + Send>(
         &mut self,
         pass: &Pass,
@@ -111,37 +94,60 @@ impl Regions {
         targets: &[Point],
         field: &mut Field,
     ) -> bool {
+        let known = pass.first as usize;
+        if self.count > 1 && self.changes.is_none() {
+            self.changes = Some(Changes::new(&field.rough[..known]));
+        }
         let untouched = self.done == 0 && self.current.is_none();
         let all = coders.len() == self.count as usize && coders.iter().all(Coder::is_whole);
-        let done = if self.count > 1 && untouched && all {
+        let done = if self.count > 1 && untouched && all && parallel::threads() > 1 {
             self.at_once(pass, models, coders, targets, field);
             true
         } else {
             self.in_turn(pass, models, coders, targets, field)
         };
-        if done && let Some(mut merged) = self.merged.take() {
-            merged.rough.iter_mut().for_each(Roughness::settle);
-            *field = merged;
+        if done && let Some(changes) = self.changes.take() {
+            field.rough[..known].copy_from_slice(&changes.finish());
         }
         done
     }
 
+    fn begin(&self, index: u32, pass: &Pass, models: &mut Positions, field: &Field) -> Progress {
+        let share = Share { index, of: self.count };
+        let traversal = match pass.by_support {
+            true => Traversal::by_support(pass.surface, pass.first, share),
+            false => Traversal::by_number(pass.surface, pass.first),
+        };
+        models.begin(pass, &field.positions, &field.rough);
+        Progress::new(traversal, pass.estimates.len())
+    }
+
+    /// Each region on a copy of the field.
     fn at_once<C: Coder + Send>(
         &mut self,
         pass: &Pass,
         models: &mut [Positions],
         coders: &mut [C],
         targets: &[Point],
-        field: &Field,
+        field: &mut Field,
     ) {
-        let merged = Mutex::new(field.clone());
+        let known = pass.first as usize;
+        let mut changes = self.changes.take();
+        let whole = Mutex::new((field, &mut changes));
+        let whole = || whole.lock().unwrap_or_else(PoisonError::into_inner);
         let work: Vec<_> = (0..self.count).zip(models).zip(coders).collect();
         parallel::for_each(work, |((index, models), coder)| {
-            let mut region = Region::new(pass, models, field.clone(), Share { index, of: self.count });
-            region.code(pass, models, coder, targets);
-            region.merge(pass.first, field, &mut merged.lock().unwrap_or_else(PoisonError::into_inner));
+            let mut own = whole().0.clone();
+            let mut progress = self.begin(index, pass, models, &own);
+            models.code(coder, pass, &mut progress, targets, &mut own.positions, &mut own.rough);
+            let (field, changes) = &mut *whole();
+            changes.iter_mut().for_each(|changes| changes.add(&own.rough[..known]));
+            let coded = progress.traversal.known();
+            for v in (known..coded.len()).filter(|&v| coded[v]) {
+                (field.positions[v], field.rough[v]) = (own.positions[v], own.rough[v]);
+            }
         });
-        self.merged = Some(merged.into_inner().unwrap_or_else(PoisonError::into_inner));
+        self.changes = changes;
     }
 
     fn in_turn<C: Coder>(
@@ -152,26 +158,20 @@ impl Regions {
         targets: &[Point],
         field: &mut Field,
     ) -> bool {
-        let several = self.count > 1;
         for (models, coder) in models.iter_mut().zip(coders).skip(self.done as usize) {
-            let mut region = match self.current.take() {
-                Some(region) => region,
-                None => {
-                    // A pass of one region needs no copy.
-                    let own = if several { field.clone() } else { std::mem::take(field) };
-                    Region::new(pass, models, own, Share { index: self.done, of: self.count })
-                }
-            };
-            if !region.code(pass, models, coder, targets) {
-                self.current = Some(region);
+            let mut progress =
+                self.current.take().unwrap_or_else(|| self.begin(self.done, pass, models, field));
+            let Field { positions, rough } = field;
+            if !models.code(coder, pass, &mut progress, targets, positions, rough) {
+                self.current = Some(progress);
                 return false;
             }
             self.done += 1;
-            self.coded += region.progress.traversal.visited();
-            if several {
-                region.merge(pass.first, field, self.merged.get_or_insert_with(|| field.clone()));
-            } else {
-                *field = region.field;
+            self.coded += progress.traversal.visited();
+            if let Some(changes) = &mut self.changes {
+                let rough = &mut rough[..pass.first as usize];
+                changes.add(rough);
+                rough.copy_from_slice(&changes.start);
             }
             if self.done == self.count {
                 return true;
@@ -182,21 +182,7 @@ impl Regions {
 
     /// How many vertices are coded.
     pub fn coded(&self) -> usize {
-        self.coded + self.current.as_ref().map_or(0, |region| region.progress.traversal.visited())
-    }
-
-    /// The positions as far as they are coded; `field` and `first` are those of the pass.
-    pub fn positions<'a>(&'a self, first: u32, field: &'a Field) -> Cow<'a, [Point]> {
-        match (&self.current, &self.merged) {
-            (None, None) => (&field.positions).into(),
-            (None, Some(merged)) => (&merged.positions).into(),
-            (Some(region), _) if self.count == 1 => (&region.field.positions).into(),
-            (Some(region), merged) => {
-                let mut positions = merged.as_ref().unwrap_or(field).positions.clone();
-                region.show(first, &mut positions);
-                positions.into()
-            }
-        }
+        self.coded + self.current.as_ref().map_or(0, |progress| progress.traversal.visited())
     }
 }
 
