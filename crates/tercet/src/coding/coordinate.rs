@@ -18,6 +18,7 @@
 
 use super::axes::KINDS;
 use super::model::number;
+use super::opinions::{MIXED, REPEATED, row};
 use super::scale::Scale;
 use super::vector::COORDINATE_LIMIT;
 use crate::entropy::{Coder, Counter, LOGIT_LIMIT, Mixer, error, log_expm1, softplus, squash};
@@ -50,8 +51,6 @@ const SPLITS: usize = (SETTINGS * 4 * 4).next_power_of_two();
 const LIMIT: u16 = 110;
 /// The mixer's rate, in 1/65536.
 const RATE: i32 = 720;
-/// What the experts and the lists weigh at first, in 1/8192.
-const WEIGHTS: [i16; 8] = [2730, 2730, 2730, 512, 512, 0, 0, 0];
 const BIAS: i32 = 77;
 
 /// A distribution of the coordinate.
@@ -187,8 +186,12 @@ impl Walk {
 impl CoordinateModels {
     pub fn new() -> Self {
         CoordinateModels {
-            by_split: [(); LISTS].map(|()| Box::new([[Counter::NEW; NODES]; SPLITS])),
-            mixer: Mixer::new(SETTINGS * NODES, |_| [WEIGHTS]),
+            by_split: [0, 1].map(|list: usize| {
+                let start =
+                    |split: usize, node: usize| Counter::expecting(REPEATED[list][row(node)][split % 16]);
+                Box::new(std::array::from_fn(|split| std::array::from_fn(|node| start(split, node))))
+            }),
+            mixer: Mixer::new(SETTINGS * NODES, |set| [MIXED[row(set % NODES)]]),
         }
     }
 
@@ -317,6 +320,25 @@ impl CoordinateModels {
             counter.learn(bit, LIMIT);
         }
         bit
+    }
+}
+
+/// What they are at the end is what training is for.
+#[cfg(all(test, feature = "max"))]
+impl Drop for CoordinateModels {
+    fn drop(&mut self) {
+        use super::training::note;
+        for (set, (weights, uses)) in self.mixer.weights().enumerate() {
+            note(1, row(set % NODES), &weights[0], uses);
+        }
+        for (list, counters) in self.by_split.iter().enumerate() {
+            for (split, row_of) in counters.iter().enumerate() {
+                for (node, counter) in row_of.iter().enumerate() {
+                    let (p, seen) = counter.state();
+                    note(2 + list, row(node) * 16 + split % 16, &[(p >> 8) as i16], seen - 2);
+                }
+            }
+        }
     }
 }
 

@@ -11,7 +11,7 @@ use super::beyond::Beyond;
 use super::coordinate::Expert;
 use super::deviation::{Deviation, Forecast, HINTS, octaves};
 use super::histogram::Histogram;
-use super::opinions::INITIAL;
+use super::opinions::{INITIAL, row};
 use super::pass::{Pass, Progress, Roughness, plain};
 use super::regression::{Regression, standardise};
 use super::residual::{Candidates, ResidualModels, Situation};
@@ -390,18 +390,6 @@ fn clamp(distance: i64) -> i32 {
     distance.clamp(i32::MIN as i64, i32::MAX as i64) as i32
 }
 
-/// The row of [`INITIAL`] for a node.
-fn row(node: usize) -> usize {
-    match node {
-        0 => 0,
-        1 => 1,
-        2..=3 => 2,
-        4..=7 => 3,
-        8..=12 => 4,
-        _ => 5,
-    }
-}
-
 fn initial_weights(node: usize) -> [[i16; 8]; VECTORS] {
     INITIAL[row(node)]
 }
@@ -410,6 +398,8 @@ fn initial_weights(node: usize) -> [[i16; 8]; VECTORS] {
 #[cfg(test)]
 impl Drop for EnsembleModels {
     fn drop(&mut self) {
-        self.residual.each_weight(|node, weights, uses| super::training::note(row(node), weights, uses));
+        self.residual.each_weight(|node, weights, uses| {
+            super::training::note(0, row(node), weights.as_flattened(), uses);
+        });
     }
 }

@@ -7,6 +7,7 @@
 use super::model::{BitModel, LIMIT};
 #[cfg(feature = "max")]
 use super::panel::FlipPanel;
+use super::priors;
 use super::shape::VIRTUAL;
 use super::sketch::Sketch;
 use crate::Effort;
@@ -81,10 +82,10 @@ pub(super) struct Edge {
 impl FlipModels {
     pub fn new(effort: Effort) -> Self {
         match effort {
-            Effort::Fast => FlipModels::Counted(vec![Counter::NEW; Edge::SIZES]),
+            Effort::Fast => FlipModels::Counted(priors::counters(priors::FLIP[0]).collect()),
             #[cfg(feature = "max")]
             Effort::Max => FlipModels::Panel(Box::default()),
-            _ => FlipModels::Mixed(BitModel::new(Edge::MIXED_SIZES, Edge::SETS, 260)),
+            _ => FlipModels::Mixed(BitModel::expecting(priors::FLIP, priors::FLIP_WEIGHTS, Edge::SETS, 260)),
         }
     }
 
@@ -201,9 +202,7 @@ impl<'a> Course<'a> {
 }
 
 impl Edge {
-    /// Values of [`context`](Edge::context), of all [`contexts`](Edge::contexts), and of [`set`](Edge::set).
-    const SIZES: usize = 32 * 16 * 4 * 4;
-    pub const MIXED_SIZES: [usize; 4] = [Edge::SIZES, 4096, 1024, 4096];
+    /// Values of [`set`](Edge::set).
     pub const SETS: usize = 64;
 
     /// The one opinion of the fast profile.
@@ -303,6 +302,16 @@ static ANGLES: [u8; (2 * STEEP / 8) as usize] = {
 #[inline(always)]
 fn angle(sum: i32) -> usize {
     ANGLES[((sum.clamp(-STEEP, STEEP - 1) + STEEP) / 8) as usize] as usize
+}
+
+/// What they are at the end is what training is for.
+#[cfg(all(test, feature = "max"))]
+impl Drop for FlipModels {
+    fn drop(&mut self) {
+        if let FlipModels::Mixed(bits) = self {
+            bits.note(9);
+        }
+    }
 }
 
 #[cfg(test)]

@@ -21,7 +21,6 @@ mod group;
 mod histogram;
 mod level;
 mod model;
-#[cfg(feature = "max")]
 mod opinions;
 #[cfg(feature = "max")]
 mod panel;
@@ -30,6 +29,7 @@ pub(crate) mod payload;
 mod position;
 mod positions;
 mod predict;
+mod priors;
 mod reciprocal;
 mod region;
 #[cfg(feature = "max")]

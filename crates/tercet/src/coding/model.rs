@@ -1,5 +1,6 @@
 //! A binary decision under several contexts.
 
+use super::priors;
 use crate::entropy::{Coder, Counter, Mixer, Opinions, error, squash};
 
 /// Memory of the counters: after this many outcomes the oldest begin to fade.
@@ -26,6 +27,31 @@ impl<const N: usize> BitModel<N> {
         let mut weights = [0; 8];
         weights[..N].fill((8192 * 3 / 2 / N as i32) as i16);
         BitModel { counters: vec![Counter::NEW; total], start, mixer: Mixer::new(sets, |_| [weights]), rate }
+    }
+
+    /// Begins with what the digits of contexts say, and with these weights (in 1/8192).
+    pub fn expecting(contexts: [&[&[i16]]; N], first: [i16; N], sets: usize, rate: i32) -> Self {
+        let mut model = Self::new(contexts.map(priors::size), sets, rate);
+        model.counters = contexts.into_iter().flat_map(priors::counters).collect();
+        let mut weights = [0; 8];
+        weights[..N].copy_from_slice(&first);
+        model.mixer = Mixer::new(sets, |_| [weights]);
+        model
+    }
+
+    /// Notes what it has learnt as tables from `table` on.
+    #[cfg(all(test, feature = "max"))]
+    pub fn note(&self, table: usize) {
+        for (i, start) in self.start.into_iter().enumerate() {
+            let end = self.start.get(i + 1).copied().unwrap_or(self.counters.len());
+            for (value, counter) in self.counters[start..end].iter().enumerate() {
+                let (p, seen) = counter.state();
+                super::training::note(table + i, value, &[(p >> 1) as i16], (seen - 2).max(0));
+            }
+        }
+        for (weights, uses) in self.mixer.weights() {
+            super::training::note(table + N, 0, &weights[0], uses);
+        }
     }
 
     /// Codes `bit` and learns it. `contexts[i]` must be less than the i-th size.

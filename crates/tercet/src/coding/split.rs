@@ -7,6 +7,7 @@
 use super::model::{BitModel, LIMIT};
 #[cfg(feature = "max")]
 use super::panel::SplitPanel;
+use super::priors;
 use super::shape::VIRTUAL;
 use super::sketch::Sketch;
 use crate::Effort;
@@ -56,10 +57,12 @@ pub(super) struct Face<'a> {
 impl SplitModels {
     pub fn new(effort: Effort) -> Self {
         match effort {
-            Effort::Fast => SplitModels::Counted(vec![Counter::NEW; Face::SIZES]),
+            Effort::Fast => SplitModels::Counted(priors::counters(priors::SPLIT[0]).collect()),
             #[cfg(feature = "max")]
             Effort::Max => SplitModels::Panel(Box::default()),
-            _ => SplitModels::Mixed(BitModel::new(Face::MIXED_SIZES, Face::SETS, 260)),
+            _ => {
+                SplitModels::Mixed(BitModel::expecting(priors::SPLIT, priors::SPLIT_WEIGHTS, Face::SETS, 260))
+            }
         }
     }
 
@@ -156,9 +159,7 @@ impl Counts {
 }
 
 impl Face<'_> {
-    /// Values of [`context`](Face::context), of all [`contexts`](Face::contexts), and of [`set`](Face::set).
-    const SIZES: usize = 16 * 16 * 3 * 2;
-    pub const MIXED_SIZES: [usize; 4] = [Face::SIZES, 1024, 360 * 16, 16 * 8 * 7];
+    /// Values of [`set`](Face::set).
     pub const SETS: usize = 32;
 
     pub fn is_virtual(&self) -> bool {
@@ -305,6 +306,16 @@ impl Threshold {
         let (mean, count) = &mut self.means[split as usize];
         *count = (*count + 1).min(Self::LIMIT);
         *mean += (((area as i32) << 16) - *mean) >> count.ilog2();
+    }
+}
+
+/// What they are at the end is what training is for.
+#[cfg(all(test, feature = "max"))]
+impl Drop for SplitModels {
+    fn drop(&mut self) {
+        if let SplitModels::Mixed(bits) = self {
+            bits.note(4);
+        }
     }
 }
 

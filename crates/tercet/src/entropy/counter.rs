@@ -12,6 +12,9 @@ pub(crate) struct Counter(u32);
 
 const SEEN: usize = 256;
 
+/// How many outcomes an expectation counts for.
+const EXPECTED: u32 = 2;
+
 /// 65536 / (n + 1.6).
 static STEP: [u16; SEEN] = {
     let mut table = [0; SEEN];
@@ -25,6 +28,17 @@ static STEP: [u16; SEEN] = {
 
 impl Counter {
     pub const NEW: Counter = Counter(1 << 31);
+
+    /// What to begin with where a 1 has the probability `p`/256, 0 < p: as after [`EXPECTED`] outcomes.
+    pub const fn expecting(p: u8) -> Counter {
+        Counter((p as u32) << 24 | EXPECTED)
+    }
+
+    /// The probability of a 1, in 1/65536, and how many outcomes it remembers.
+    #[cfg(all(test, feature = "max"))]
+    pub fn state(self) -> (u16, i16) {
+        (self.p(), (self.0 & 255) as i16)
+    }
 
     /// The probability of a 1, in 1/65536; never 0.
     #[inline(always)]

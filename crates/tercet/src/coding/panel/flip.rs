@@ -1,6 +1,7 @@
 //! Flip bits in the `max` profile.
 
 use super::super::flip::{Edge, UNIT, ordered};
+use super::super::priors;
 use super::{Births, Panel};
 use crate::entropy::Coder;
 use crate::mesh::{Surface, next, prev};
@@ -18,7 +19,7 @@ const APEX_AGES: usize = (Births::AGES + 1).pow(2);
 impl Default for FlipPanel {
     fn default() -> Self {
         let ages = END_AGES * APEX_AGES;
-        let [a, b, c, d] = Edge::MIXED_SIZES;
+        let [a, b, c, d] = priors::FLIP.map(priors::size);
         let sizes = [
             a,
             b,
@@ -34,7 +35,10 @@ impl Default for FlipPanel {
             32 * 256,
             128 * 256,
         ];
-        FlipPanel { bits: Panel::new(sizes, [Edge::SETS, 256, ages, 64, 4]), births: Births::default() }
+        FlipPanel {
+            bits: Panel::new(priors::FLIP, sizes, [Edge::SETS, 256, ages, 64, 4]),
+            births: Births::default(),
+        }
     }
 }
 

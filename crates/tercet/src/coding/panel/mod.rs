@@ -6,6 +6,7 @@ mod flip;
 mod split;
 
 use super::model::LIMIT;
+use super::priors::{self, Contexts};
 use crate::entropy::{Coder, Counter, LOGIT_LIMIT, Mixer, Opinions, Secondary, error, squash};
 
 use births::Births;
@@ -33,8 +34,9 @@ pub(crate) struct Panel<const N: usize, const S: usize> {
 impl<const N: usize, const S: usize> Panel<N, S> {
     const FITS: () = assert!(N <= 8 * VECTORS);
 
-    /// `sizes` are the numbers of values of the contexts, `sets` those of the sets.
-    pub fn new(sizes: [usize; N], sets: [usize; S]) -> Self {
+    /// `sizes` are the numbers of values of the contexts, of which something is expected of the `first`; `sets` are
+    /// those of the sets.
+    pub fn new(first: Contexts, sizes: [usize; N], sets: [usize; S]) -> Self {
         let () = Self::FITS;
         let mut total = 0;
         let start = sizes.map(|size| {
@@ -45,7 +47,9 @@ impl<const N: usize, const S: usize> Panel<N, S> {
         weights.as_flattened_mut()[..N].fill((8192 * 3 / 2 / N as i32) as i16);
         let mixers = sets.map(|sets| Mixer::new(sets, |_| weights));
         let secondary = Secondary::new(sets[0]);
-        Panel { counters: vec![Counter::NEW; total], start, mixers, secondary }
+        let mut counters: Vec<Counter> = first.into_iter().flat_map(priors::counters).collect();
+        counters.resize(total, Counter::NEW);
+        Panel { counters, start, mixers, secondary }
     }
 
     /// Codes `bit` and learns it. `contexts[i]` must be less than the i-th size, `sets[i]` than the

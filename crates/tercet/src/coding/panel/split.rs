@@ -1,5 +1,6 @@
 //! Split bits in the `max` profile.
 
+use super::super::priors;
 use super::super::split::Face;
 use super::{Births, Panel};
 use crate::entropy::Coder;
@@ -18,7 +19,7 @@ const PAIRS: usize = 128;
 
 impl Default for SplitPanel {
     fn default() -> Self {
-        let [a, b, c, d] = Face::MIXED_SIZES;
+        let [a, b, c, d] = priors::SPLIT.map(priors::size);
         let sizes = [
             a,
             b,
@@ -34,7 +35,10 @@ impl Default for SplitPanel {
             360 * 16,
             AGES * 360,
         ];
-        SplitPanel { bits: Panel::new(sizes, [Face::SETS, AGES, 48, 16, 1]), births: Births::default() }
+        SplitPanel {
+            bits: Panel::new(priors::SPLIT, sizes, [Face::SETS, AGES, 48, 16, 1]),
+            births: Births::default(),
+        }
     }
 }
 

@@ -1,0 +1,139 @@
+//! What split and flip bits are expected to be before any has been coded.
+//!
+//! The logit of each value of a context is a sum of what its digits say, fitted to what meshes end with at 12 bits (igea,
+//! horse, fandisk, cow, cheburashka and the dragon at three resolutions); the test `starting_values` in `training` prints
+//! the tables. Later digits are the lower ones.
+
+use crate::entropy::{Counter, squash};
+
+/// The contexts of a decision, by what each value of each digit says, in 1/256.
+pub(super) type Contexts = [&'static [&'static [i16]]; 4];
+
+/// Of a split bit, as in [`Face::contexts`](super::split::Face::contexts).
+pub(super) static SPLIT: Contexts = [
+    &[
+        &[-11, -149, -212, -242, 34, -64, -118, 0, 183, 114, 0, 0, 319, 0, 0, 0],
+        &[10, -297, -264, -314, -314, -300, -217, -79, 56, 143, 196, 253, 279, 219, 147, 80],
+        &[-26, 1, -13],
+        &[-84, 125],
+    ],
+    &[
+        &[-221, -266, -101, 116, 142, 1, -99, -38],
+        &[-342, 32, -63, -5, 49, 35, -112, -265],
+        &[-455, 276, 2, 12, 22, 12, -4, -80],
+        &[-5, 108],
+    ],
+    &[
+        &[0, 0, -1033, -82, -245, -117, 33, 74, 41, -72, -222, -212],
+        &[27, 1, -17, -32, -45, -90],
+        &[0, -5, -13, -3, 38],
+        &[-1, -130, -194, -253, 73, -24, -79, 0, 251, 200, 0, 0, 425, 0, 0, 0],
+    ],
+    &[
+        &[-349, -532, -445, -465, -449, -413, -328, -177, -4, 118, 214, 282, 295, 230, 163, 77],
+        &[59, 24, -33, -18, -8, -22, -44, -42],
+        &[112, 55, -17, -116, -101, -62, -96],
+    ],
+];
+
+/// Of a flip bit, as in [`Edge::contexts`](super::flip::Edge::contexts).
+pub(super) static FLIP: Contexts = [
+    &[
+        &[
+            409, 370, 420, 445, 449, 440, 394, 343, 301, 268, 239, 205, 170, 139, 96, 64, 41, 6, -25, -60,
+            -103, -142, -193, -197, -274, -283, -322, -319, -315, -300, -295, -334,
+        ],
+        &[60, -58, -11, 7, -22, -26, -47, -53, -46, -45, -27, -9, 32, 44, 69, 106],
+        &[105, -57, -179, -224],
+        &[-116, -39, 53, 0],
+    ],
+    &[
+        &[546, 608, 576, 432, 322, 241, 169, 75, 13, -58, -160, -255, -377, -473, -502, -413],
+        &[65, -92, -95, 0, 107, -27, 0, 0, 156, 0, 0, 0, 0, 0, 0, 0],
+        &[-49, -213, -319, 23],
+        &[150, -87, 52, -331],
+    ],
+    &[
+        &[-14, 83, 97, 181, 366, 308, 162, 60],
+        &[-245, -22, 33, 128, 0, 0, 0, 0],
+        &[0, -106, 35, 105, 18, -196, -267, -57],
+        &[287, -80],
+    ],
+    &[
+        &[
+            0, 0, -13, 0, 123, 158, 177, 131, 119, 99, 114, 85, 122, 156, 191, 229, 258, 250, 254, 210, 152,
+            108, 57, -10, -13, -22, -49, -97, -148, -84, -18, 0,
+        ],
+        &[
+            280, 273, 316, 331, 334, 312, 251, 191, 143, 109, 78, 48, 10, -26, -76, -108, -138, -171, -204,
+            -244, -290, -333, -386, -398, -482, -501, -545, -550, -549, -525, -501, -500,
+        ],
+        &[122, -28, -62, -200],
+    ],
+];
+
+/// What the contexts weigh at first, in 1/8192.
+pub(super) const SPLIT_WEIGHTS: [i16; 4] = [3884, 2515, 2833, 3424];
+pub(super) const FLIP_WEIGHTS: [i16; 4] = [2930, 3421, 3217, 2858];
+
+/// Counters for all values of a context with these digits.
+pub(super) fn counters(digits: &[&[i16]]) -> impl Iterator<Item = Counter> {
+    (0..size(digits)).map(move |value| {
+        let p = squash(logit(digits, value)) >> 8;
+        Counter::expecting(p.clamp(1, 255) as u8)
+    })
+}
+
+/// How many values a context with these digits has.
+pub(super) const fn size(digits: &[&[i16]]) -> usize {
+    let (mut size, mut k) = (1, 0);
+    while k < digits.len() {
+        size *= digits[k].len();
+        k += 1;
+    }
+    size
+}
+
+fn logit(digits: &[&[i16]], mut value: usize) -> i32 {
+    let mut sum = 0;
+    for digit in digits.iter().rev() {
+        sum += digit[value % digit.len()] as i32;
+        value /= digit.len();
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::opinions::{MIXED, REPEATED};
+    use super::*;
+
+    #[test]
+    fn the_sum_of_the_digits_says_what_a_value_is_expected_to_be() {
+        let digits: &[&[i16]] = &[&[0, 600], &[-300, 0, 300]];
+        let found: Vec<i32> = (0..size(digits)).map(|value| logit(digits, value)).collect();
+        assert_eq!(found, [-300, 0, 300, 300, 600, 900]);
+        assert!(counters(digits).zip(found).all(|(counter, l)| counter.p().abs_diff(squash(l)) < 256));
+    }
+
+    #[test]
+    fn the_format_document_prints_what_is_compiled_in() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../spec/format.md");
+        let document = std::fs::read_to_string(path).unwrap().replace('−', "-");
+        let prints = |row: &[i32]| {
+            let numbers: Vec<String> = row.iter().map(i32::to_string).collect();
+            let row = numbers.join(", ");
+            assert!(
+                document.contains(&format!("| {row} |")) || document.contains(&format!("are {row} at")),
+                "{row}"
+            );
+        };
+        let digits = SPLIT.into_iter().chain(FLIP).flatten();
+        digits.for_each(|digit| prints(&digit.iter().map(|&l| l as i32).collect::<Vec<_>>()));
+        [SPLIT_WEIGHTS, FLIP_WEIGHTS].map(|weights| prints(&weights.map(i32::from)));
+        for [a, b, c, d, e, .., bias] in MIXED {
+            prints(&[a, b, c, d, e, bias].map(i32::from));
+        }
+        REPEATED.as_flattened().iter().for_each(|row| prints(&row.map(i32::from)));
+    }
+}
