@@ -30,10 +30,17 @@ pub fn promised_version() -> Result<String> {
     version.map(str::to_owned).context("the workspace states no rust-version")
 }
 
-/// A command that starts in the repository's root.
+/// A command that starts in the repository's root, without what cargo told this program of its own package:
+/// build scripts that look at variables of the same names, as that of `ring` does, would run anew in each
+/// clone, and all that depends on them be compiled anew.
 pub fn command(program: &str, arguments: &[&str]) -> Command {
     let mut command = Command::new(program);
     command.args(arguments).current_dir(root());
+    for (name, _) in std::env::vars_os() {
+        if ["CARGO_MANIFEST_", "CARGO_PKG_"].iter().any(|own| name.to_string_lossy().starts_with(own)) {
+            command.env_remove(name);
+        }
+    }
     command
 }
 
