@@ -8,6 +8,7 @@
 mod arguments;
 mod bench;
 mod callgrind;
+mod example;
 mod foreign;
 mod load;
 mod process;

@@ -2,6 +2,7 @@
 
 use anyhow::{Context, Result, bail};
 use std::borrow::BorrowMut;
+use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::LazyLock;
@@ -30,10 +31,17 @@ pub fn promised_version() -> Result<String> {
     version.map(str::to_owned).context("the workspace states no rust-version")
 }
 
-/// A command that starts in the repository's root.
+/// A command that starts in the repository's root, without what cargo told this program of its own package:
+/// build scripts that look at variables of the same names, as that of `ring` does, would run anew in each
+/// clone, and all that depends on them be compiled anew.
 pub fn command(program: &str, arguments: &[&str]) -> Command {
     let mut command = Command::new(program);
     command.args(arguments).current_dir(root());
+    for (name, _) in std::env::vars_os() {
+        if ["CARGO_MANIFEST_", "CARGO_PKG_"].iter().any(|own| name.to_string_lossy().starts_with(own)) {
+            command.env_remove(name);
+        }
+    }
     command
 }
 
@@ -57,6 +65,14 @@ pub fn capture(mut command: impl BorrowMut<Command>) -> Result<String> {
         bail!("`{}` failed: {}\n{}", shown(command), output.status, errors.trim_end());
     }
     Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+}
+
+/// Does all jobs at the same time, each in a thread, and returns what they return in their order.
+pub fn at_once<T: Send>(jobs: impl IntoIterator<Item = impl FnOnce() -> T + Send>) -> Vec<T> {
+    std::thread::scope(|scope| {
+        let running: Vec<_> = jobs.into_iter().map(|job| scope.spawn(job)).collect();
+        running.into_iter().map(|job| job.join().unwrap_or_else(|panic| resume_unwind(panic))).collect()
+    })
 }
 
 /// Whether the command can be started and exits with 0. Prints nothing.

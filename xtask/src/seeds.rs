@@ -19,7 +19,7 @@ pub fn run(words: &[String]) -> Result<()> {
     }
     let seeds = ["run", "--quiet", "--locked", "--package=tercet", "--example", "seeds", "fuzz/seeds/decode"];
     run_shown(command("cargo", &seeds))?;
-    let mut golden = command("cargo", &["test", "--quiet", "--locked", "--package=tercet", "--test=golden"]);
-    golden.args(["--", "--ignored", "--exact", "write_the_golden_files"]);
+    let mut golden = command("cargo", &["test", "--quiet", "--locked", "--package=tercet", "--test=library"]);
+    golden.args(["--", "--ignored", "--exact", "golden::write_the_golden_files"]);
     run_shown(golden)
 }

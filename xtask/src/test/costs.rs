@@ -6,11 +6,12 @@
 
 use super::{Outcome, Setting};
 use crate::callgrind::{self, instructions};
-use crate::process::{capture, command, root, target_dir};
+use crate::example::{Profile, example};
+use crate::process::{at_once, capture, command, root, target_dir};
 use anyhow::{Context, Result, bail, ensure};
 use std::fmt::Write;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 const RECORD: &str = "xtask/costs.csv";
 const COLUMNS: &str = "case,bytes,instructions to encode,instructions to decode";
@@ -81,16 +82,16 @@ fn version() -> Result<String> {
 
 fn measure(target: &Path) -> Result<Vec<Cost>> {
     callgrind::set_up()?;
-    let build = ["build", "--quiet", "--release", "--locked", "--package=tercet", "--example=costs"];
-    capture(command("cargo", &build).env("CARGO_TARGET_DIR", target))?;
-    let program = target.join("release/examples/costs");
+    let program = example("costs", Profile::Release, target)?;
     let folder = target.join("tmp");
     fs::create_dir_all(&folder)?;
     let cases = capture(command(&program.to_string_lossy(), &[]))?;
-    cases.lines().map(|case| cost(&program, &folder.join("costs.tct"), case)).collect()
+    let measure = |case| cost(&program, &folder.join(format!("costs-{case}.tct")), case);
+    // What else runs changes no count.
+    at_once(cases.lines().map(|case| || measure(case))).into_iter().collect()
 }
 
-fn cost(program: &Path, file: &PathBuf, case: &str) -> Result<Cost> {
+fn cost(program: &Path, file: &Path, case: &str) -> Result<Cost> {
     let path = file.to_string_lossy();
     let encode = instructions(program, &["encode", case, &path])?;
     let bytes = fs::metadata(file)?.len();

@@ -1,61 +1,37 @@
 //! A short run of every fuzz target: libFuzzer on the stable toolchain.
 //!
 //! `cargo fuzz` asks for a nightly compiler for the sake of AddressSanitizer. The code under test is
-//! safe Rust, so coverage alone will do, and that the stable compiler can insert.
+//! safe Rust, so coverage alone will do, and that the stable compiler can insert
+//! (`fuzz/rustc-with-coverage`).
 
 use super::{Outcome, Setting};
-use crate::process::{available, capture, command, debian_packages, root, run};
+use crate::process::{at_once, available, command, debian_packages, root, run};
 use anyhow::{Context, Result, bail};
 use std::fs;
 use std::path::Path;
-
-/// Coverage as libFuzzer reads it: a counter and an address for each edge, and the operands of comparisons.
-const COVERAGE: &str = "--cfg fuzzing -Ccodegen-units=1 -Cpasses=sancov-module \
-    -Cllvm-args=-sanitizer-coverage-level=4 \
-    -Cllvm-args=-sanitizer-coverage-inline-8bit-counters \
-    -Cllvm-args=-sanitizer-coverage-pc-table \
-    -Cllvm-args=-sanitizer-coverage-trace-compares";
 
 pub fn run_all(setting: &Setting) -> Result<Outcome> {
     if !available("c++") {
         debian_packages(&["g++"])?;
     }
-    // Named, so that cargo keeps the flags from build scripts and procedural macros.
-    let host = host()?;
     let target_dir = setting.target.join("fuzz");
-    let words = ["build", "--release", "--manifest-path", "fuzz/Cargo.toml", "--target", &host];
-    let mut build = command("cargo", &words);
-    build.env("RUSTFLAGS", COVERAGE).env("CARGO_TARGET_DIR", &target_dir);
+    let mut build =
+        command("cargo", &["build", "--release", "--locked", "--manifest-path", "fuzz/Cargo.toml"]);
+    build.env("RUSTC_WRAPPER", root().join("fuzz/rustc-with-coverage"));
+    build.env("CARGO_TARGET_DIR", &target_dir);
     run(build)?;
 
     let targets = targets()?;
     let cores = std::thread::available_parallelism().map_or(1, |cores| cores.get());
+    let programs = target_dir.join("release");
+    let try_one = |target: &String| {
+        run_one(target, &programs.join(target), setting).with_context(|| format!("fuzz target {target}"))
+    };
     for together in targets.chunks(cores) {
-        run_together(together, &target_dir.join(&host).join("release"), setting)?;
+        at_once(together.iter().map(|target| || try_one(target))).into_iter().collect::<Result<()>>()?;
     }
     let seconds = setting.fuzz_time.as_secs();
     Ok(Outcome::Passed(format!("{} targets, {seconds} s each", targets.len())))
-}
-
-/// Runs targets at the same time, one thread each, and waits for all.
-fn run_together(targets: &[String], programs: &Path, setting: &Setting) -> Result<()> {
-    std::thread::scope(|scope| {
-        let mut running = Vec::new();
-        for target in targets {
-            running.push(scope.spawn(move || run_one(target, &programs.join(target), setting)));
-        }
-        targets.iter().zip(running).try_for_each(|(target, run)| {
-            let done = run.join().unwrap_or_else(|_| bail!("the thread that waits for it panicked"));
-            done.with_context(|| format!("fuzz target {target}"))
-        })
-    })
-}
-
-/// The compiler's own platform.
-fn host() -> Result<String> {
-    let version = capture(command("rustc", &["--version", "--verbose"]))?;
-    let host = version.lines().find_map(|line| line.strip_prefix("host: "));
-    host.map(str::to_owned).context("rustc names no host")
 }
 
 /// The names of the fuzz targets, one for each file in `fuzz/fuzz_targets`.

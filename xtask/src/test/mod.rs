@@ -13,6 +13,7 @@ use crate::arguments::Arguments;
 use crate::process;
 use anyhow::{Result, bail};
 use std::path::PathBuf;
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 /// What a stage may ask of its surroundings.
@@ -21,6 +22,8 @@ pub struct Setting {
     target: PathBuf,
     /// How long each fuzz target runs.
     fuzz_time: Duration,
+    /// What two stages try, built by the first of them.
+    page: OnceLock<web::Page>,
 }
 
 /// How a stage that did not fail ended, and a word on what it did.
@@ -61,7 +64,8 @@ pub fn run(words: &[String]) -> Result<()> {
         bail!("no stage {unknown}; the stages are {}", names.join(", "));
     }
 
-    let setting = Setting { target: process::target_dir()?, fuzz_time: Duration::from_secs(fuzz_seconds) };
+    let fuzz_time = Duration::from_secs(fuzz_seconds);
+    let setting = Setting { target: process::target_dir()?, fuzz_time, page: OnceLock::new() };
     let chosen = |name: &str| only.as_ref().is_none_or(|only| only.iter().any(|chosen| chosen == name));
     let mut summary = String::from("\n");
     for stage in STAGES.iter().filter(|stage| chosen(stage.name)) {

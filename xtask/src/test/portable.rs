@@ -1,9 +1,10 @@
 //! The same digests on a platform with another word size.
 //!
-//! The program `digests` is built for the host and for 32-bit x86, both with overflow checks, and
-//! must print the same lines on both.
+//! The program `digests` is built for the host, as the tests are, and for 32-bit x86, both with overflow
+//! checks, and must print the same lines on both.
 
 use super::{Outcome, Setting};
+use crate::example::{Profile, example};
 use crate::foreign::{ForeignCargo, cargo_for};
 use crate::process::{capture, command};
 use anyhow::{Result, bail};
@@ -28,7 +29,8 @@ pub fn compare_digests(setting: &Setting) -> Result<Outcome> {
     foreign.args(["--config", "profile.dev.debug=false"]);
     foreign.args(["--config", "profile.dev.package.\"*\".opt-level=0"]);
     foreign.env("CARGO_TARGET_DIR", setting.target.join("portable"));
-    let here = capture(command("cargo", &DIGESTS))?;
+    let program = example("digests", Profile::Dev, &setting.target)?;
+    let here = capture(command(&program.to_string_lossy(), &[]))?;
     let there = capture(foreign)?;
     if here.lines().next().is_none() {
         bail!("the program `digests` printed nothing");

@@ -2,7 +2,7 @@
 
 use super::Node;
 use crate::foreign::{ForeignCargo, cargo_for};
-use crate::process::{available, capture, command, debian_packages, run};
+use crate::process::{at_once, available, capture, command, debian_packages, run};
 use anyhow::{Context, Result, bail};
 use std::fs;
 use std::io::Write;
@@ -29,12 +29,27 @@ pub struct Modules {
 }
 
 impl Modules {
-    /// Builds all. `target` is where cargo builds.
+    /// Builds all at once, each in a folder of its own: most of the time one thread links a module. `target`
+    /// is where cargo builds.
     pub fn build(node: &Node, target: &Path) -> Result<Modules> {
-        let (decoder, compiler) = module(node, target, "tercet-wasm", &[])?;
-        let (encoder, _) = module(node, target, "tercet-wasm", &["--features=encoder"])?;
-        let (receiver, _) = module(node, target, "tercet-receiver-wasm", &[])?;
-        Ok(Modules { decoder, encoder, receiver, compiler })
+        let modules: [(_, _, &[&str]); 3] = [
+            ("decoder", "tercet-wasm", &[]),
+            ("encoder", "tercet-wasm", &["--features=encoder"]),
+            ("receiver", "tercet-receiver-wasm", &[]),
+        ];
+        // One after the other, as this may install something.
+        let cargos: Vec<ForeignCargo> =
+            modules.iter().map(|_| cargo_for(TARGET, &["lld-19"])).collect::<Result<_>>()?;
+        let compiler = match cargos[0].builds_std {
+            true => cargos[0].toolchain.clone(),
+            false => capture(command("rustc", &["--version"]))?.trim().to_owned(),
+        };
+        let built = at_once(modules.into_iter().zip(cargos).map(|((name, package, features), cargo)| {
+            move || module(node, cargo, &target.join("web").join(name), package, features)
+        }));
+        let mut built = built.into_iter();
+        let mut next = || built.next().context("as many as there are modules")?;
+        Ok(Modules { decoder: next()?, encoder: next()?, receiver: next()?, compiler })
     }
 
     /// Their names in the package.
@@ -43,26 +58,30 @@ impl Modules {
     }
 }
 
-fn module(node: &Node, target: &Path, package: &str, features: &[&str]) -> Result<(Vec<u8>, String)> {
-    let folder = target.join("web");
-    let ForeignCargo { mut cargo, mut toolchain, builds_std } = cargo_for(TARGET, &["lld-19"])?;
+/// Builds a module. `folder` is where cargo builds.
+fn module(
+    node: &Node,
+    foreign: ForeignCargo,
+    folder: &Path,
+    package: &str,
+    features: &[&str],
+) -> Result<Vec<u8>> {
+    let ForeignCargo { mut cargo, builds_std, .. } = foreign;
     let mut flags = vec![FEATURES, INLINING];
     if builds_std {
         flags.extend(WITHOUT_WORDS);
         cargo.args(["-Zbuild-std-features=optimize_for_size", "-Zpanic-immediate-abort"]);
         cargo.args(["--config", "profile.web.panic=\"immediate-abort\""]);
         cargo.env("CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER", "wasm-ld-19");
-    } else {
-        toolchain = capture(command("rustc", &["--version"]))?.trim().to_owned();
     }
     let build = ["build", "--quiet", "--locked", "--profile=web", "--package", package, "--target", TARGET];
     cargo.args(build).args(features);
     cargo.env_remove("RUSTFLAGS").env_remove("CARGO_ENCODED_RUSTFLAGS");
     cargo.env("CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS", flags.join(" "));
-    cargo.env("CARGO_TARGET_DIR", &folder);
+    cargo.env("CARGO_TARGET_DIR", folder);
     run(cargo)?;
     let linked = folder.join(TARGET).join("web").join(package.replace('-', "_")).with_extension("wasm");
-    Ok((optimised(node, &linked)?, toolchain))
+    optimised(node, &linked)
 }
 
 /// What binaryen makes of a module. (Debian's version of it breaks modules: npm's is used.)

@@ -1,8 +1,6 @@
 //! A damaged file is never taken for another one.
 
-mod common;
-
-use common::{assert_prefix, drain, holed, levels, options};
+use crate::common::{assert_prefix, drain, holed, levels, options};
 use tercet::shapes::{scan, soup};
 use tercet::{Decoder, Limits, Mesh, encode};
 

@@ -1,8 +1,6 @@
 //! Whole files: what comes back, and what the levels on the way are.
 
-mod common;
-
-use common::{holed, levels, meshes, options};
+use crate::common::{holed, levels, meshes, options};
 use proptest::prelude::*;
 use tercet::shapes::{annulus, grid, join, noisy, scan, shuffled, soup, sphere, torus};
 use tercet::verify::{Sameness, compare, quantised};

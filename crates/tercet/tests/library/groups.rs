@@ -1,8 +1,6 @@
 //! Levels in groups: any of them can be shown, whichever others are missing.
 
-mod common;
-
-use common::{Random, drain};
+use crate::common::{Random, drain};
 use tercet::{
     Decoder, Effort, EncodeOptions, Encoded, Error, Limits, Mesh, Scheme, Update, encode, shapes, subdivide,
 };

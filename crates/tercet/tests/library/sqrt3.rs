@@ -1,9 +1,7 @@
 //! Meshes of √3 subdivision connectivity cost no connectivity bits, however they are numbered.
 
-mod common;
-
-use common::regular::Kind;
-use common::sqrt3::refined;
+use crate::common::regular::Kind;
+use crate::common::sqrt3::refined;
 
 const SQRT3: Kind = Kind { name: "sqrt3", refined };
 

@@ -1,8 +1,6 @@
 //! What comes out depends on the bytes, not on the portions in which they arrive.
 
-mod common;
-
-use common::{Random, assert_prefix, drain, levels, meshes, options};
+use crate::common::{Random, assert_prefix, drain, levels, meshes, options};
 use tercet::shapes::{grid, noisy, scan, soup, torus};
 use tercet::{
     Decoder, Effort, EncodeOptions, Error, Limits, Mesh, Progressive, Scheme, Update, encode, subdivide,

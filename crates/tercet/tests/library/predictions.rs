@@ -1,8 +1,6 @@
 //! What a level says of the level below it and of itself without details.
 
-mod common;
-
-use common::{drain, meshes};
+use crate::common::{drain, meshes};
 use tercet::shapes::{icosahedron, sphere};
 use tercet::{Decoder, EncodeOptions, Level, Limits, Mesh, Scheme, Update, encode, subdivide};
 
@@ -65,5 +63,5 @@ fn a_subdivided_mesh_lies_where_it_is_predicted() {
 #[test]
 fn predictions_are_made_only_where_they_are_asked_for() {
     let file = encode(&sphere(2), &EncodeOptions::default()).unwrap().bytes;
-    assert!(common::levels(&file).iter().all(|level| level.predicted.is_none()));
+    assert!(crate::common::levels(&file).iter().all(|level| level.predicted.is_none()));
 }

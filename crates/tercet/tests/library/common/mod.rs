@@ -1,5 +1,4 @@
 //! Small meshes of every kind, what holds of regular levels, files taken apart and put together again.
-#![allow(dead_code, reason = "every test file uses its own part of this")]
 
 pub mod butterfly;
 pub mod file;

@@ -1,8 +1,6 @@
 //! A file cut short gives the levels that arrived, and says that there should be more.
 
-mod common;
-
-use common::{assert_prefix, drain, levels, meshes, options};
+use crate::common::{assert_prefix, drain, levels, meshes, options};
 use tercet::{Decoder, Error, Limits, decode, encode};
 
 #[test]

@@ -1,9 +1,7 @@
 //! Levels whose positions come after all levels.
 
-mod common;
-
-use common::file::File;
-use common::{drain, levels};
+use crate::common::file::File;
+use crate::common::{drain, levels};
 use tercet::shapes::torus;
 use tercet::verify::{Sameness, compare, quantised};
 use tercet::{Decoder, EncodeOptions, Encoded, Error, Limits, Mesh, Progressive, encode};

@@ -1,6 +1,6 @@
 //! Replays the fuzz targets' seeds and every input that one of them once failed on.
 
-#[path = "../../../fuzz/src/lib.rs"]
+#[path = "../../../../fuzz/src/lib.rs"]
 mod targets;
 
 use std::fs;

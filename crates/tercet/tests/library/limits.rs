@@ -1,11 +1,9 @@
 //! Files that ask for too much, or make no sense behind right checksums, fail at once.
 
-mod common;
-
 use std::time::{Duration, Instant};
 
-use common::file::File;
-use common::{Random, drain, meshes, options};
+use crate::common::file::File;
+use crate::common::{Random, drain, meshes, options};
 use tercet::shapes::{annulus, grid, scan, soup, torus};
 use tercet::{Decoder, Error, Level, Limits, Mesh, decode, encode};
 
@@ -80,7 +78,7 @@ fn counts_that_a_header_only_claims_reserve_nothing() {
         let mut file = small.clone();
         for k in level..small.levels() {
             *file.level(k) =
-                common::file::LevelFields { vertices: most, faces: most, ..file.level(k).clone() };
+                crate::common::file::LevelFields { vertices: most, faces: most, ..file.level(k).clone() };
         }
         (file.vertices, file.faces) = (most, most);
         let bytes = file.bytes();

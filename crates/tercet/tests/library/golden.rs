@@ -3,11 +3,9 @@
 //! A valid file stands beside the mesh that it decodes to, as PLY, to the last bit. The name of an
 //! invalid one begins with the kind of error that it is refused with.
 
-mod common;
-
-use common::file::{File, LOSSY};
-use common::holed;
-use common::{butterfly, sqrt3};
+use crate::common::file::{File, LOSSY};
+use crate::common::holed;
+use crate::common::{butterfly, sqrt3};
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::PathBuf;
@@ -101,8 +99,8 @@ fn damaged(valid: &[u8]) -> Vec<(&'static str, Vec<u8>)> {
     ]
 }
 
-fn section(kind: u8) -> common::file::Section {
-    common::file::Section { kind, level: None, payload: Vec::new() }
+fn section(kind: u8) -> crate::common::file::Section {
+    crate::common::file::Section { kind, level: None, payload: Vec::new() }
 }
 
 fn kind(error: &Error) -> &'static str {

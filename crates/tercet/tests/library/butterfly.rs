@@ -1,9 +1,7 @@
 //! Meshes of 1-to-4 subdivision connectivity cost no connectivity bits, however they are numbered.
 
-mod common;
-
-use common::butterfly::refined;
-use common::regular::Kind;
+use crate::common::butterfly::refined;
+use crate::common::regular::Kind;
 use tercet::shapes::{noisy, scan, shuffled, sphere};
 use tercet::verify::{Sameness, compare};
 use tercet::{Effort, EncodeOptions, LevelScheme, Limits, Mesh, Scheme, decode, encode, subdivide};
@@ -38,7 +36,7 @@ fn the_option_says_which_levels_are_looked_for() {
     let base = scan(70, 3);
     let noise = |mesh: &Mesh| shuffled(&noisy(mesh, 0.001, 4), 5);
     let quartered = noise(&refined(&base, 2));
-    let tripled = noise(&common::sqrt3::refined(&base, 2));
+    let tripled = noise(&crate::common::sqrt3::refined(&base, 2));
     let irregular = scan(600, 9);
     for (mesh, scheme, expected) in [
         (&quartered, LevelScheme::Auto, "butterfly"),
