@@ -3,8 +3,8 @@
 //! Their details are nearly noise along the normal. So none of what the [tables](super::tabled) of other levels
 //! are chosen by pays here: a coordinate that repeats one nearby does so by chance, vertices are equally far
 //! apart, and how far coding is off changes slowly from vertex to vertex, as their numbers follow the
-//! surface. What is left is the estimate, corrected by the errors of the wings that are known; mean
-//! magnitudes that forget, chosen by how large those errors are; and where between two lattice points the
+//! surface. What is left is the estimate, corrected along the normal by the errors of the wings that are known;
+//! mean magnitudes that forget, chosen by how large those errors are; and where between two lattice points the
 //! expectation lies.
 
 use super::around::{Correction, Known};
@@ -77,7 +77,7 @@ impl DetailModels {
         });
         let mut point = target;
         let mut lessons = [Lesson::default(); 3];
-        let mut centres = [correction.expected];
+        let mut centres = [correction.expected_along(normal)];
         for (step, &axis) in axes.iter().enumerate() {
             let (kind, width) = widths[step.min(1)];
             let place = centres[0][axis];
