@@ -30,7 +30,7 @@ pub(super) struct Around {
 
 /// The vertices that are known, and how far they were off.
 pub(super) struct Known<'a> {
-    /// They are those from `virtuals` to the next one, which is `v`.
+    /// They are those from `virtuals` to the next one, which is `v`; in a group, of its pass only what it has coded.
     pub virtuals: u32,
     pub v: u32,
     /// From here on they belong to this pass and had estimates, if it has any.
@@ -38,6 +38,14 @@ pub(super) struct Known<'a> {
     pub positions: &'a [Point],
     pub rough: &'a [Roughness],
     pub estimates: &'a [Vector],
+}
+
+impl Known<'_> {
+    /// Whether a vertex of this pass has a smaller number.
+    #[inline(always)]
+    pub fn is_told(&self, vertex: u32) -> bool {
+        vertex.wrapping_sub(self.first) < self.v - self.first
+    }
 }
 
 impl Around {
@@ -63,7 +71,7 @@ impl Around {
         let corners = site.corners.map(place);
         let expected = match estimates {
             [] => middle(corners, masks, origin),
-            _ => Correction::new(site, known).expected(),
+            _ => Correction::new(site, known, |vertex| known.is_told(vertex)).expected(),
         };
         Some(Around {
             expected,
@@ -86,15 +94,16 @@ pub(super) struct Correction {
 }
 
 impl Correction {
-    /// Of the vertex at `site`, in a pass that has estimates: by the errors of the known wings that had one.
+    /// Of the vertex at `site`, in a pass that has estimates: by the errors of those wings that are vertices of the pass
+    /// and known: `told`.
     #[inline(always)]
-    pub fn new(site: &Site, known: &Known) -> Self {
+    pub fn new(site: &Site, known: &Known, told: impl Fn(u32) -> bool) -> Self {
         let &Known { v, first, positions, estimates, .. } = known;
         let own = (v - first) as usize;
         let mut error = [0; 3];
         let mut count = 0;
         for &a in &site.wings {
-            let has_error = a.wrapping_sub(first) < v - first;
+            let has_error = told(a);
             let from = &estimates[if has_error { (a - first) as usize } else { own }];
             let mask = -(has_error as i64);
             let at = positions[a as usize].map(|x| (x as i64) << FRACTION_BITS);

@@ -49,14 +49,15 @@ impl DetailModels {
         DetailModels { means: [[START; CLASSES]; KINDS], tables: start.collect() }
     }
 
-    /// Codes where the vertex at `site` lies, which is `target` when encoding; `escapes` are by kind of axis. The point,
-    /// and what was learnt of each coordinate.
+    /// Codes where the vertex at `site` lies, which is `target` when encoding; `told` are the vertices of the pass that
+    /// are known, `escapes` are by kind of axis. The point, and what was learnt of each coordinate.
     #[inline(always)]
     pub fn code<C: Coder>(
         &mut self,
         coder: &mut C,
         site: &Site,
         known: &Known,
+        told: impl Fn(u32) -> bool,
         escapes: &mut [Counter],
         target: Point,
     ) -> (Point, [Lesson; 3]) {
@@ -69,7 +70,7 @@ impl DetailModels {
         let normal = site.normal(known.virtuals, estimated);
         let at_boundary = site.corners.iter().any(|&a| a < known.virtuals);
         let axes = axes(normal, ORDER);
-        let correction = Correction::new(site, known);
+        let correction = Correction::new(site, known, told);
         let class = class(&correction);
         let widths = [0, 1].map(|step| {
             let kind = kind(step, ORDER, at_boundary);
