@@ -4,15 +4,14 @@ use crate::coding::payload::Opening;
 use crate::coding::supplement::{self, Supplements};
 use crate::coding::{Levels, Point};
 use crate::container::{
-    self, Approximation, GROUPS, Groups, Header, LevelEntry, LevelKind, Outline, Part, Reader, Supplement,
-    UpdateRule,
+    self, Approximation, Groups, Header, LevelEntry, LevelKind, Outline, Part, Reader, Supplement, UpdateRule,
 };
 use crate::entropy::{self, Coder, Cursor};
 use crate::memory;
 use crate::mesh::Mesh;
 use crate::parallel;
 use crate::subdivide::StepKind;
-use crate::{Effort, Error, Limits, Precision, Result, Update};
+use crate::{Effort, Error, GROUPS, Limits, Precision, Result, Update};
 use std::ops::Range;
 
 /// What a file says of itself.
@@ -48,6 +47,8 @@ pub struct LevelInfo {
     /// "base", "adaptive", "sqrt3", "butterfly", or "late": an adaptive level whose positions come
     /// after all levels. Until then its new vertices lie where they are expected.
     pub kind: &'static str,
+    /// Whether its details come in groups, which can be shown in any order.
+    pub grouped: bool,
     /// How its details moved the vertices of the level below.
     pub update: Update,
     /// Vertices of this level; of the finest, once it is restored.
@@ -74,6 +75,7 @@ impl Info {
                 LevelKind::Butterfly => "butterfly",
                 LevelKind::Late => "late",
             },
+            grouped: entry.grouped,
             update: rule(entry),
             vertices: entry.vertices,
             faces: entry.faces,

@@ -29,8 +29,19 @@ pub struct EncodeOptions {
     /// What the levels are worth against the size of the file.
     pub progressive: Progressive,
     /// Whether √3 and butterfly levels that are longer than a packet are coded in groups, about a packet each, which
-    /// can be shown in any order: over links that lose packets. Files grow by some percent.
+    /// can be shown in any order: over links that lose packets. Files grow by a percent or two.
+    #[cfg(feature = "groups")]
     pub groups: bool,
+}
+
+impl EncodeOptions {
+    /// Whether levels are coded in groups that can be.
+    fn in_groups(&self) -> bool {
+        #[cfg(feature = "groups")]
+        return self.groups;
+        #[cfg(not(feature = "groups"))]
+        return false;
+    }
 }
 
 /// Which of two goods comes first where they are at odds: levels with positions of their own, or few
@@ -210,7 +221,7 @@ impl Writer {
         Writer {
             hierarchy,
             rule: options.update,
-            groups: options.groups,
+            groups: options.in_groups(),
             errors,
             late,
             levels: Levels::new(options.effort, streams),

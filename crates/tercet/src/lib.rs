@@ -57,3 +57,6 @@ pub use subdivide::{Scheme, Update, subdivide};
 #[cfg(doctest)]
 #[doc = include_str!("../../../README.md")]
 struct Readme;
+
+/// Whether this build knows levels in groups: a small decoder may do without.
+const GROUPS: bool = cfg!(feature = "groups");

@@ -30,7 +30,7 @@ pub(super) struct Around {
 
 /// The vertices that are known, and how far they were off.
 pub(super) struct Known<'a> {
-    /// They are those from `virtuals` to the next one, which is `v`.
+    /// They are those from `virtuals` to the next one, which is `v`; in a group, of its pass only what it has coded.
     pub virtuals: u32,
     pub v: u32,
     /// From here on they belong to this pass and had estimates, if it has any.
@@ -38,6 +38,14 @@ pub(super) struct Known<'a> {
     pub positions: &'a [Point],
     pub rough: &'a [Roughness],
     pub estimates: &'a [Vector],
+}
+
+impl Known<'_> {
+    /// Whether a vertex of this pass has a smaller number.
+    #[inline(always)]
+    pub fn is_told(&self, vertex: u32) -> bool {
+        vertex.wrapping_sub(self.first) < self.v - self.first
+    }
 }
 
 impl Around {
@@ -63,7 +71,7 @@ impl Around {
         let corners = site.corners.map(place);
         let expected = match estimates {
             [] => middle(corners, masks, origin),
-            _ => Correction::new(site, known).expected,
+            _ => Correction::new(site, known, |vertex| known.is_told(vertex)).expected(),
         };
         Some(Around {
             expected,
@@ -76,24 +84,26 @@ impl Around {
     }
 }
 
-/// An estimate, moved by a share of how far those nearby were off.
+/// A share of how far estimates nearby were off, by which another is to be moved.
 pub(super) struct Correction {
-    pub expected: Vector,
+    estimate: Vector,
+    shift: Vector,
     /// How large the sum of the wings' errors is, |x| + |y| + |z| in 1/256, and of how many wings it is.
     pub magnitude: u64,
     pub count: usize,
 }
 
 impl Correction {
-    /// Of the vertex at `site`, in a pass that has estimates: by the errors of the known wings that had one.
+    /// Of the vertex at `site`, in a pass that has estimates: by the errors of those wings that are vertices of the pass
+    /// and known: `told`.
     #[inline(always)]
-    pub fn new(site: &Site, known: &Known) -> Self {
+    pub fn new(site: &Site, known: &Known, told: impl Fn(u32) -> bool) -> Self {
         let &Known { v, first, positions, estimates, .. } = known;
         let own = (v - first) as usize;
         let mut error = [0; 3];
         let mut count = 0;
         for &a in &site.wings {
-            let has_error = a.wrapping_sub(first) < v - first;
+            let has_error = told(a);
             let from = &estimates[if has_error { (a - first) as usize } else { own }];
             let mask = -(has_error as i64);
             let at = positions[a as usize].map(|x| (x as i64) << FRACTION_BITS);
@@ -102,12 +112,46 @@ impl Correction {
         }
         let share = SHARE[count & 3];
         Correction {
-            expected: [0, 1, 2].map(|i| estimates[own][i] + ((error[i] * share) >> 8)),
+            estimate: estimates[own],
+            shift: error.map(|x| (x * share) >> 8),
             magnitude: error.iter().map(|x| x.unsigned_abs()).sum(),
             count,
         }
     }
 }
+
+impl Correction {
+    /// The estimate, moved.
+    #[inline(always)]
+    pub fn expected(&self) -> Vector {
+        [0, 1, 2].map(|i| self.estimate[i] + self.shift[i])
+    }
+
+    /// The estimate, moved along the `normal`, whose components are below 2¹⁵, by twice its part of the share; across it
+    /// hardly at all: what errors in the surface have in common is their roundings.
+    #[inline(always)]
+    pub fn expected_along(&self, normal: Vector) -> Vector {
+        let square: i64 = normal.iter().map(|x| x * x).sum();
+        if square == 0 {
+            return self.expected();
+        }
+        let shift = self.shift.map(|x| x.clamp(-FARTHEST, FARTHEST));
+        let product: i64 = shift.iter().zip(normal).map(|(x, y)| x * y).sum();
+        // The product is below 2⁴³; one division, the slowest of what is done here, serves three axes.
+        let ratio = (product << RATIO_BITS) / square;
+        [0, 1, 2].map(|i| {
+            let along = (ratio * normal[i]) >> RATIO_BITS;
+            self.estimate[i] + 2 * along + (shift[i] - along).clamp(-ACROSS, ACROSS)
+        })
+    }
+}
+
+/// Shares of errors are held below this, 2¹⁸ steps.
+const FARTHEST: i64 = 1 << 26;
+const RATIO_BITS: u32 = 20;
+
+/// In the surface an estimate is moved by no more than this on each axis, an eighth of a step.
+const ACROSS: i64 = 32;
 
 /// Known points are within 2²⁹ of one another; only estimates in a damaged file could leave 32 bits.
 #[inline(always)]
@@ -167,5 +211,32 @@ impl Candidates {
     pub fn from(&self, axis: usize, middle: i64) -> i16x8 {
         let far = Self::FAR as i64;
         self.0[axis] - i16x8::splat(middle.clamp(-far, far) as i16)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn moved(shift: Vector, normal: Vector) -> Vector {
+        Correction { estimate: [0; 3], shift, magnitude: 0, count: 1 }.expected_along(normal)
+    }
+
+    #[test]
+    fn corrections_count_twice_along_the_normal_and_hardly_across_it() {
+        assert_eq!(moved([1000, -20, 70], [16_384, 0, 0]), [2000, -20, 32]);
+        assert_eq!(moved([-300, -300, 0], [9000, 9000, 0]), [-600, -600, 0]);
+        assert_eq!(moved([-300, 300, 0], [9000, 9000, 0]), [-32, 32, 0]);
+        assert_eq!(moved([-300, 300, 9], [0; 3]), [-300, 300, 9], "there is no normal at a boundary");
+    }
+
+    #[test]
+    fn corrections_of_any_size_are_held() {
+        let (far, long) = (i64::MAX >> 3, (1 << 15) - 1);
+        for normal in [[long; 3], [long, -long, long], [1, 0, 0], [1, -1, long]] {
+            for shift in [[far; 3], [-far; 3], [far, -far, 0]] {
+                assert!(moved(shift, normal).iter().all(|x| x.abs() <= 4 * FARTHEST));
+            }
+        }
     }
 }

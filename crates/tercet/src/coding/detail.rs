@@ -3,8 +3,8 @@
 //! Their details are nearly noise along the normal. So none of what the [tables](super::tabled) of other levels
 //! are chosen by pays here: a coordinate that repeats one nearby does so by chance, vertices are equally far
 //! apart, and how far coding is off changes slowly from vertex to vertex, as their numbers follow the
-//! surface. What is left is the estimate, corrected by the errors of the wings that are known; mean
-//! magnitudes that forget, chosen by how large those errors are; and where between two lattice points the
+//! surface. What is left is the estimate, corrected along the normal by the errors of the wings that are known;
+//! mean magnitudes that forget, chosen by how large those errors are; and where between two lattice points the
 //! expectation lies.
 
 use super::around::{Correction, Known};
@@ -49,14 +49,15 @@ impl DetailModels {
         DetailModels { means: [[START; CLASSES]; KINDS], tables: start.collect() }
     }
 
-    /// Codes where the vertex at `site` lies, which is `target` when encoding; `escapes` are by kind of axis. The point,
-    /// and what was learnt of each coordinate.
+    /// Codes where the vertex at `site` lies, which is `target` when encoding; `told` are the vertices of the pass that
+    /// are known, `escapes` are by kind of axis. The point, and what was learnt of each coordinate.
     #[inline(always)]
     pub fn code<C: Coder>(
         &mut self,
         coder: &mut C,
         site: &Site,
         known: &Known,
+        told: impl Fn(u32) -> bool,
         escapes: &mut [Counter],
         target: Point,
     ) -> (Point, [Lesson; 3]) {
@@ -69,7 +70,7 @@ impl DetailModels {
         let normal = site.normal(known.virtuals, estimated);
         let at_boundary = site.corners.iter().any(|&a| a < known.virtuals);
         let axes = axes(normal, ORDER);
-        let correction = Correction::new(site, known);
+        let correction = Correction::new(site, known, told);
         let class = class(&correction);
         let widths = [0, 1].map(|step| {
             let kind = kind(step, ORDER, at_boundary);
@@ -77,7 +78,7 @@ impl DetailModels {
         });
         let mut point = target;
         let mut lessons = [Lesson::default(); 3];
-        let mut centres = [correction.expected];
+        let mut centres = [correction.expected_along(normal)];
         for (step, &axis) in axes.iter().enumerate() {
             let (kind, width) = widths[step.min(1)];
             let place = centres[0][axis];

@@ -1,22 +1,23 @@
-//! Groups: runs of a pass by tables, each coded as if the others did not exist, so that any of them can be
+//! Groups: parts of a pass over a regular level, each coded as if the others did not exist, so that any of them can be
 //! decoded whichever others are missing.
 //!
 //! In a √3 or butterfly level that costs no topology: where a group is missing, vertices lie where they are
-//! expected. A group begins with the models from before the pass. Other models learn from all groups, in their order,
-//! what those learn, and are what the next level begins with.
+//! expected. Which vertices make a group is told by its [growth](super::growth). A group begins with the models from
+//! before the pass. Other models learn from all groups, in their order, what those learn, and are what the next level
+//! begins with.
 
-use super::detail::Lesson;
+use super::around::Known;
+use super::detail::{DetailModels, Lesson};
+use super::growth::Growth;
 use super::pass::Pass;
 use super::region::Field;
 use super::site::Site;
-use super::tabled::{TableModels, Walk};
+use super::tabled::TableModels;
 use super::vector::Point;
-use crate::entropy::{Coder, Encoder};
+use crate::entropy::{Coder, Counter, Encoder};
+use crate::mesh::Surface;
 use crate::subdivide::round;
 use std::ops::Range;
-
-/// Whether this build knows them.
-pub(crate) const KNOWN: bool = cfg!(feature = "groups");
 
 /// A level of fewer groups is coded in one piece: each of the first levels has much to learn, which groups do not tell
 /// one another.
@@ -24,7 +25,7 @@ const FEWEST: usize = 4;
 
 /// A pass in groups, and how far it has come.
 pub(crate) struct Groups {
-    sites: Vec<Site>,
+    growth: Growth,
     /// Vertices of the groups before the end of each.
     ends: Vec<usize>,
     /// For each group whether its vertices lie where it says.
@@ -37,25 +38,28 @@ pub(crate) struct Groups {
     next_models: TableModels,
 }
 
-/// A group at work: its first vertex, and what its models have become.
+/// A group at work: the place of its first vertex, and what its models have become.
 struct Group {
     start: usize,
-    models: TableModels,
+    details: DetailModels,
+    escapes: Vec<Counter>,
 }
 
 impl Groups {
-    /// Of a pass over the vertices at `sites`, of which none is coded; the groups have so many `vertices`, none of
-    /// them are known when encoding.
-    pub fn new(sites: Vec<Site>, vertices: &[u16], models: TableModels) -> Self {
-        let mut end = 0;
-        let ends = vertices.iter().map(|&count| {
-            end += usize::from(count);
+    /// Of a pass over the vertices at `sites`, numbered from `first` on, of which none is coded; the groups have so many
+    /// `vertices`, none of them are known when encoding. Time O(n).
+    pub fn new(first: u32, sites: Vec<Site>, vertices: &[u16], models: TableModels) -> Self {
+        let mut growth = Growth::new(first, sites);
+        let mut grow = |&count: &u16| {
+            (0..count).all(|_| growth.grow());
+            let end = growth.order.len();
+            growth.close(end);
             end
-        });
+        };
         Groups {
-            ends: ends.collect(),
+            ends: vertices.iter().map(&mut grow).collect(),
             shown: vec![false; vertices.len()],
-            sites,
+            growth,
             done: 0,
             next_models: models.clone(),
             models,
@@ -73,6 +77,7 @@ impl Groups {
         hidden.map(|group| self.range(group).len()).sum()
     }
 
+    /// The places of a group's vertices in the order of coding.
     fn range(&self, group: usize) -> Range<usize> {
         let before = group.checked_sub(1);
         before.map_or(0, |before| self.ends[before])..self.ends[group]
@@ -92,7 +97,7 @@ impl Groups {
         let lessons = self.code(coder, pass, range.clone(), &[], field);
         self.shown[group] = !coder.exhausted();
         if coder.exhausted() {
-            place(pass, range, field);
+            place(pass, &self.growth.order[range], field);
         } else if stays {
             self.next_models.learn(&lessons);
             self.done += 1;
@@ -105,7 +110,7 @@ impl Groups {
         self.next_models
     }
 
-    /// Codes a run of vertices as a group; what there was to learn.
+    /// Codes the group whose vertices have these places, as far as there are bytes; what there was to learn.
     fn code<C: Coder>(
         &self,
         coder: &mut C,
@@ -114,34 +119,44 @@ impl Groups {
         targets: &[Point],
         field: &mut Field,
     ) -> Vec<Lesson> {
-        self.go_on(coder, pass, &mut self.begin(range.start), range, targets, field)
+        let mut group = self.begin(range.start);
+        let mut lessons = Vec::with_capacity(3 * range.len());
+        for place in range {
+            if coder.exhausted() {
+                // The caller refuses the group; what follows would only take time.
+                break;
+            }
+            lessons.extend(self.vertex(coder, pass, &mut group, place, targets, field));
+        }
+        lessons
     }
 
-    /// The group that begins with a vertex.
+    /// The group that begins with the vertex of a place.
     fn begin(&self, start: usize) -> Group {
-        Group { start, models: self.models.clone() }
+        Group { start, details: self.models.details.clone(), escapes: self.models.escapes.clone() }
     }
 
-    /// Codes a run of vertices of a group, those before them being coded.
-    fn go_on<C: Coder>(
+    /// Codes the vertex of a place, those of its group before it being coded.
+    fn vertex<C: Coder>(
         &self,
         coder: &mut C,
         pass: &Pass,
         group: &mut Group,
-        range: Range<usize>,
+        place: usize,
         targets: &[Point],
         field: &mut Field,
-    ) -> Vec<Lesson> {
-        // Vertices of groups before are strangers: they are not at the sites of this one.
-        let others = pass.first..pass.first + group.start as u32;
-        let mut sites = self.sites[range.clone()].to_vec();
-        for (v, site) in (pass.first + range.start as u32..).zip(&mut sites) {
-            site.wings.iter_mut().filter(|wing| others.contains(wing)).for_each(|wing| *wing = v);
-        }
-        let mut walk = Walk::new(sites, range.start);
-        walk.lessons = Some(Vec::with_capacity(3 * range.len()));
-        group.models.code(coder, pass, &mut walk, targets, &mut field.positions, &mut field.rough);
-        walk.lessons.unwrap_or_default()
+    ) -> [Lesson; 3] {
+        let Pass { surface: &Surface { virtuals, .. }, first, estimates, .. } = *pass;
+        let Group { start, ref mut details, ref mut escapes } = *group;
+        let i = self.growth.order[place];
+        let (v, i) = (first + i, i as usize);
+        let target = targets.get(i).copied().unwrap_or_default();
+        let Field { positions, rough } = &*field;
+        let known = Known { virtuals, v, first, positions, rough, estimates };
+        let told = |vertex| self.growth.is_between(vertex, start, place);
+        let (point, lessons) = details.code(coder, &self.growth.sites[i], &known, told, escapes, target);
+        field.positions[v as usize] = point;
+        lessons
     }
 
     /// Encodes all `targets`, in as few groups as `most` bytes for each allow, of sizes as equal as may be; the
@@ -153,26 +168,28 @@ impl Groups {
         targets: &[Point],
         field: &mut Field,
     ) -> Option<Vec<(u16, Vec<u8>)>> {
+        let bytes_of = |groups: &[(u16, Vec<u8>)]| groups.iter().map(|group| group.1.len()).sum::<usize>();
         let groups = self.encode(pass, most, targets, field);
-        let (fewest, all) = (groups.len(), groups.iter().map(|group| group.1.len()).sum::<usize>());
+        let fewest = groups.len();
         if fewest < FEWEST {
             return None;
         }
         // The last group is rarely full: all could be a little shorter.
-        let mut bytes = most.min(all / fewest + 2);
+        let mut bytes = most.min(bytes_of(&groups) / fewest + 1);
         loop {
             let groups = self.encode(pass, bytes, targets, field);
-            if groups.len() == fewest || bytes == most {
+            let beyond = bytes_of(groups.get(fewest..).unwrap_or_default());
+            if beyond == 0 || bytes == most {
                 return Some(groups);
             }
-            bytes += (most - bytes).div_ceil(4);
+            bytes = most.min(bytes + beyond.div_ceil(fewest));
         }
     }
 
     /// Forgets what was coded; the models and sites that the pass began with.
     pub fn give_up(&mut self, pass: &Pass, field: &mut Field) -> (TableModels, Vec<Site>) {
-        place(pass, 0..self.sites.len(), field);
-        (self.models.clone(), std::mem::take(&mut self.sites))
+        place(pass, &self.growth.order, field);
+        (self.models.clone(), std::mem::take(&mut self.growth.sites))
     }
 
     /// Encodes all `targets` in groups of at most `bytes` bytes each.
@@ -183,6 +200,7 @@ impl Groups {
         targets: &[Point],
         field: &mut Field,
     ) -> Vec<(u16, Vec<u8>)> {
+        self.growth.restart();
         self.next_models = self.models.clone();
         let mut groups = Vec::new();
         let mut start = 0;
@@ -198,13 +216,14 @@ impl Groups {
                 }
                 end -= 1;
             };
+            self.growth.close(end);
             groups.push(((end - start) as u16, stream));
             start = end;
         }
         groups
     }
 
-    /// Where a group from `start` on ends that takes some `bytes`, and no more by a vertex at most.
+    /// Lets a group grow from `start` on until it takes some `bytes`, or more by a vertex or two; where it ends.
     fn reach(
         &mut self,
         pass: &Pass,
@@ -213,23 +232,20 @@ impl Groups {
         targets: &[Point],
         field: &mut Field,
     ) -> usize {
-        let most = targets.len().min(start + usize::from(u16::MAX));
-        let mut coder = Encoder::new();
-        let mut group = self.begin(start);
+        let most = start + usize::from(u16::MAX);
+        let (mut coder, mut group) = (Encoder::new(), self.begin(start));
         let mut end = start;
-        while end < most && coder.bits() <= 8 * bytes as u64 {
-            self.go_on(&mut coder, pass, &mut group, end..end + 1, targets, field);
+        while end < most && coder.bits() <= 8 * bytes as u64 && self.growth.grow() {
+            self.vertex(&mut coder, pass, &mut group, end, targets, field);
             end += 1;
         }
         end
     }
 }
 
-/// Puts a run of vertices where they are expected.
-fn place(pass: &Pass, range: Range<usize>, field: &mut Field) {
-    let first = pass.first as usize;
-    let positions = &mut field.positions[first + range.start..first + range.end];
-    for (point, &estimate) in positions.iter_mut().zip(&pass.estimates[range]) {
-        *point = round(estimate);
+/// Puts some vertices, counted from the first of the pass, where they are expected.
+fn place(pass: &Pass, vertices: &[u32], field: &mut Field) {
+    for &v in vertices {
+        field.positions[(pass.first + v) as usize] = round(pass.estimates[v as usize]);
     }
 }

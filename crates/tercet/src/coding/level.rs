@@ -3,7 +3,7 @@
 use super::axes::AxisOrder;
 use super::base::code_base;
 use super::flip::FlipModels;
-use super::group::{self, Groups};
+use super::group::Groups;
 use super::model::number;
 use super::pass::{ANYWHERE, Pass, Roughness};
 use super::positions::Positions;
@@ -22,7 +22,7 @@ use crate::subdivide::{
     FRACTION_BITS, Refined, StepKind, Update, applies, predict_regular, refine, refine_regular, round,
     unlift_positions,
 };
-use crate::{Effort, Error, Limits, Result};
+use crate::{Effort, Error, GROUPS, Limits, Result};
 use std::borrow::Cow;
 
 /// All models and the surface they have reached; the same in encoder and decoder.
@@ -200,7 +200,7 @@ impl Levels {
     /// by mixing.
     fn course(&mut self, first: u32, order: AxisOrder, faces: Option<(&Surface, &[u32])>) -> Course {
         if Positions::tabled(self.effort, order) {
-            return Course::Tables(Walk::new(self.sites(first, faces), 0));
+            return Course::Tables(Walk::new(self.sites(first, faces)));
         }
         let by_support = Positions::visit_by_support(self.effort, order);
         let count = regions(self.streams, self.surface.vertices - first, by_support);
@@ -252,9 +252,7 @@ impl Levels {
     /// Ends the pass, all of whose vertices are coded.
     fn end(&mut self) {
         let Some(open) = self.open.take() else { return };
-        if group::KNOWN
-            && let Course::Groups(groups) = open.course
-        {
+        if GROUPS && let Course::Groups(groups) = open.course {
             self.tables = Some(groups.finish());
         }
         if let Some(lifted) = open.lifted {
@@ -298,7 +296,7 @@ impl Levels {
         self.tables = Some(models);
         let (first, order) = (pass.first, pass.order);
         let course = match Positions::tabled(self.effort, order) {
-            true => Course::Tables(Walk::new(sites, 0)),
+            true => Course::Tables(Walk::new(sites)),
             false => self.course(first, order, None),
         };
         self.open.as_mut()?.course = course;
@@ -411,12 +409,12 @@ impl Levels {
         self.place(first, &estimates);
         let order = axis_order(Some(kind));
         let faces = lie_in_faces(kind, &coarse).then_some((&coarse, &heirs[..]));
-        let course = match groups.filter(|_| group::KNOWN) {
+        let course = match groups.filter(|_| GROUPS) {
             None => self.course(first, order, faces),
             Some(vertices) => {
                 let models = self.tables.take().unwrap_or_else(TableModels::new);
                 let sites = self.sites(first, faces);
-                Course::Groups(Box::new(Groups::new(sites, vertices, models)))
+                Course::Groups(Box::new(Groups::new(first, sites, vertices, models)))
             }
         };
         // Only undoing an update asks for the coarse surface again; else it goes before the pass takes memory.

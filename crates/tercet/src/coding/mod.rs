@@ -17,6 +17,7 @@ mod deviation;
 mod ensemble;
 mod flip;
 mod group;
+mod growth;
 #[cfg(feature = "max")]
 mod histogram;
 mod level;

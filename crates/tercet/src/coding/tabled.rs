@@ -10,7 +10,6 @@
 use super::around::{Around, Candidates, Known};
 use super::axes::{AxisOrder, KINDS, NORMAL, axes, kind, shift};
 use super::detail::{DetailModels, Lesson};
-use super::group;
 use super::pass::{Pass, Roughness, plain};
 use super::scale::{Scale, ScaleCell, bin};
 use super::site::Site;
@@ -30,9 +29,9 @@ pub(crate) struct TableModels {
     /// The same for the nearest parallelogram's coordinate.
     by_parallelogram: Vec<Frequencies>,
     /// By kind of axis and length in bits.
-    escapes: Vec<Counter>,
+    pub(super) escapes: Vec<Counter>,
     /// Those of regular levels.
-    details: DetailModels,
+    pub(super) details: DetailModels,
 }
 
 const ROUGH: usize = 24;
@@ -46,18 +45,14 @@ const NEAR: i64 = 7;
 /// How far a pass has come.
 pub(crate) struct Walk {
     sites: Vec<Site>,
-    /// What there was to learn of details, if that is noted.
-    pub lessons: Option<Vec<Lesson>>,
-    /// Vertices of the pass before the first one.
-    before: usize,
     /// Vertices coded so far.
     cursor: usize,
 }
 
 impl Walk {
-    /// Over the vertices at `sites`, `before` which a pass has so many others; it has not begun.
-    pub fn new(sites: Vec<Site>, before: usize) -> Self {
-        Walk { sites, lessons: None, before, cursor: 0 }
+    /// Over the vertices at `sites`; it has not begun.
+    pub fn new(sites: Vec<Site>) -> Self {
+        Walk { sites, cursor: 0 }
     }
 
     /// How many vertices are still to be visited.
@@ -220,7 +215,7 @@ impl TableModels {
         positions: &mut [Point],
         rough: &mut [Roughness],
     ) -> bool {
-        let Walk { sites, lessons, before, cursor } = walk;
+        let Walk { sites, cursor } = walk;
         while let Some(site) = sites.get(*cursor) {
             if coder.exhausted() {
                 // The caller refuses the level; what follows would only take time.
@@ -229,20 +224,14 @@ impl TableModels {
             if !coder.is_ready() {
                 return false;
             }
-            let i = *before + *cursor;
-            let v = pass.first + i as u32;
-            let target = targets.get(i).copied().unwrap_or_default();
+            let v = pass.first + *cursor as u32;
+            let target = targets.get(*cursor).copied().unwrap_or_default();
             let Pass { surface: Surface { virtuals, .. }, first, estimates, .. } = *pass;
             let known = Known { virtuals: *virtuals, v, first, positions, rough, estimates };
             let point = match pass.order {
                 AxisOrder::NormalFirst => {
-                    let (point, learnt) = self.details.code(coder, site, &known, &mut self.escapes, target);
-                    if group::KNOWN
-                        && let Some(lessons) = lessons
-                    {
-                        lessons.extend(learnt);
-                    }
-                    point
+                    let told = |vertex| known.is_told(vertex);
+                    self.details.code(coder, site, &known, told, &mut self.escapes, target).0
                 }
                 AxisOrder::NormalLast => match Around::new(site, &known) {
                     None => plain(coder, pass, target),

@@ -3,9 +3,9 @@
 use super::approximation::Approximation;
 use super::fields::{Fields, malformed};
 use super::section::{self, Entry, LevelEntry, LevelKind, Part, Section, Supplement};
-use super::{GROUPS, piece, unsupported, varint};
+use super::{piece, unsupported, varint};
 use crate::mesh::Precision;
-use crate::{Effort, Error, Limits, Result};
+use crate::{Effort, Error, GROUPS, Limits, Result};
 
 /// Flag: vertices and faces come back in the order of the original.
 const ORDER_KEPT: u8 = 1;

@@ -39,8 +39,6 @@ const MAGIC: [u8; 4] = [0x8A, b'T', b'C', b'T'];
 pub const VERSION: u8 = 9;
 /// Most bytes that a header may take: thousands of sections, yet nothing to hold in memory.
 const MAX_HEADER: u64 = 1 << 16;
-/// Whether this build knows levels in groups: a small decoder may do without.
-pub(crate) const GROUPS: bool = cfg!(feature = "groups");
 /// Bytes of the CRC-32 after the header.
 const CRC_BYTES: usize = 4;
 

@@ -34,6 +34,7 @@ fn originals() -> Vec<(&'static str, Mesh, EncodeOptions)> {
     };
     let third = EncodeOptions { update: Update::Third, ..lattice };
     let paper = EncodeOptions { update: Update::Paper, ..lattice };
+    let groups = EncodeOptions { bits: Some(24), groups: true, ..exact };
     let mut cut = join(&[torus(6, 5), soup(30, 2)]);
     cut.positions.push([0.5, -0.0, 3.25]);
     cut.faces.push([1, 1, 4]);
@@ -47,6 +48,7 @@ fn originals() -> Vec<(&'static str, Mesh, EncodeOptions)> {
         ("late", torus(30, 20), late),
         ("fast_boundary", noisy(&holed(), 0.01, 3), fast),
         ("fast_sqrt3", noisy(&sqrt3::refined(&grid(2, 3), 2), 0.01, 2), fast),
+        ("sqrt3_groups", noisy(&sqrt3::refined(&icosahedron(), 4), 0.05, 9), groups),
         ("binary_order_merges_leftovers", quantised(&cut, 64.0), ordered),
         ("lossy", noisy(&torus(6, 5), 0.01, 8), lattice),
         ("decimal", quantised(&noisy(&annulus(11, 3), 0.02, 4), 1000.0), exact),
@@ -183,9 +185,9 @@ fn the_valid_files_have_every_kind_of_level_section_and_precision() {
             Precision::Refined { .. } => "refined",
         });
     }
-    // Base, adaptive and late; √3 of both generations under both updates, and butterfly.
+    // Base, adaptive and late; √3 of both generations under both updates, and butterfly; √3 in groups.
     assert!(
-        [0x00, 0x01, 0x05, 0x12, 0x22, 0x23, 0x14, 0x24].iter().all(|kind| levels.contains(kind)),
+        [0x00, 0x01, 0x05, 0x12, 0x22, 0x23, 0x14, 0x24, 0x06].iter().all(|kind| levels.contains(kind)),
         "{levels:02x?}"
     );
     assert!((1..=6).all(|kind| sections.contains(&kind)), "{sections:?}");
