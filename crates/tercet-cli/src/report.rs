@@ -74,10 +74,9 @@ pub fn total(info: &Info) -> String {
 }
 
 fn kind(level: &LevelInfo) -> String {
-    match update(level.update) {
-        Some(rule) => format!("{}, update {rule}", level.kind),
-        None => level.kind.to_string(),
-    }
+    let groups = if level.grouped { " in groups" } else { "" };
+    let update = update(level.update).map_or(String::new(), |rule| format!(", update {rule}"));
+    format!("{}{groups}{update}", level.kind)
 }
 
 /// The name of an update rule, if it is one.

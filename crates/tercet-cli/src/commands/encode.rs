@@ -43,7 +43,7 @@ pub struct EncodeArgs {
     #[arg(long, value_name = "RULE", default_value = "none")]
     pub update: UpdateRule,
     /// Code √3 and butterfly levels in groups of about a packet each, which can be shown in any order: for links that
-    /// lose packets. Takes 1 to 7 percent more with up to 12 bits, and more with more.
+    /// lose packets. Takes some 1 percent more, on fine lattices up to 4.
     #[arg(long, conflicts_with_all = ["max_error", "max_bytes"])]
     pub groups: bool,
     /// How much work it may take to write and to read the file.

@@ -35,7 +35,8 @@ pub struct FetchArgs {
     /// How often to try again when nothing arrives; the time between tries grows.
     #[arg(long, value_name = "N", default_value_t = 5)]
     pub retries: u32,
-    /// Print a JSON object on a line for each level, and one at the end.
+    /// Print a JSON object on a line for each level, for what of one in groups is there before the whole, and one at the
+    /// end.
     #[arg(long)]
     pub json: bool,
     /// The format of MESH [default: by its suffix].

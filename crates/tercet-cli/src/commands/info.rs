@@ -67,6 +67,7 @@ fn as_json(info: &Info) -> Value {
         json!({
             "level": level.level,
             "kind": level.kind,
+            "grouped": level.grouped,
             "update": report::update(level.update).unwrap_or("none"),
             "vertices": level.vertices,
             "faces": level.faces,

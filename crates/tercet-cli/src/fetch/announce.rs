@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use indicatif::ProgressBar;
 use serde_json::{Value, json};
@@ -24,7 +24,12 @@ pub struct Announcer {
     bar: ProgressBar,
     /// The finest level that was announced, and whether it was restored.
     announced: Arc<Mutex<Option<(u32, bool)>>>,
+    /// When a preview was announced, if one was.
+    previewed: Arc<Mutex<Option<Instant>>>,
 }
+
+/// Time between two previews: each takes time linear in its level.
+const BETWEEN_PREVIEWS: Duration = Duration::from_millis(100);
 
 impl Announcer {
     pub fn new(console: &Console, name: &str, output: PathBuf, json: bool) -> Self {
@@ -36,6 +41,7 @@ impl Announcer {
             start: Instant::now(),
             bar: console.bar(),
             announced: Arc::default(),
+            previewed: Arc::default(),
         }
     }
 
@@ -71,6 +77,23 @@ impl Announcer {
         self.line(&format!(
             "{what:<8} {vertices:>9} vertices {faces:>9} faces {bytes:>10} bytes  error {error:<11} {ms:>6} ms"
         ));
+    }
+
+    /// Tells a program how much of a level that is arriving can be shown, unless it was told a moment ago.
+    pub fn preview(&self, level: impl FnOnce() -> Option<Level>) {
+        let mut previewed = self.previewed.lock().unwrap_or_else(PoisonError::into_inner);
+        if !self.json || previewed.is_some_and(|last| last.elapsed() < BETWEEN_PREVIEWS) {
+            return;
+        }
+        let Some(level) = level() else { return };
+        *previewed = Some(Instant::now());
+        self.event(json!({
+            "event": "preview",
+            "level": level.level,
+            "vertices": level.mesh.positions.len(),
+            "pending": level.pending,
+            "ms": self.start.elapsed().as_millis() as u64,
+        }));
     }
 
     /// What was announced no longer counts: another file begins.

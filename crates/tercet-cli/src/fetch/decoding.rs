@@ -5,6 +5,7 @@ use tercet::{Decoder, Level, Limits};
 use tokio::sync::mpsc;
 use tokio::task::{JoinHandle, spawn_blocking};
 
+use super::Arrived;
 use super::announce::Announcer;
 
 /// Pieces of the file, each some ten kilobytes, that may wait for the decoder.
@@ -23,7 +24,7 @@ pub struct Outcome {
 
 /// A decoder that is fed from one side and announces levels at the other.
 pub struct Decoding {
-    pieces: mpsc::Sender<Bytes>,
+    pieces: mpsc::Sender<Arrived>,
     thread: JoinHandle<Outcome>,
 }
 
@@ -34,9 +35,14 @@ impl Decoding {
     }
 
     /// Hands over the file's next bytes; waits while too many wait already.
-    pub async fn push(&self, piece: Bytes) {
+    pub async fn push(&self, bytes: Bytes) {
         // A decoder that has ended needs no more bytes: its outcome says why.
-        let _ = self.pieces.send(piece).await;
+        let _ = self.pieces.send(Arrived::Next(bytes)).await;
+    }
+
+    /// Hands over bytes that came before their turn, unless too many wait already: they are for looking only.
+    pub fn glimpse(&self, from: u64, bytes: Bytes) {
+        let _ = self.pieces.try_send(Arrived::Ahead(from, bytes));
     }
 
     /// Whether the decoder has found that the bytes are damaged.
@@ -51,11 +57,19 @@ impl Decoding {
     }
 }
 
-fn decode(limits: Limits, mut waiting: mpsc::Receiver<Bytes>, announcer: &Announcer) -> Outcome {
+fn decode(limits: Limits, mut waiting: mpsc::Receiver<Arrived>, announcer: &Announcer) -> Outcome {
     let mut decoder = Decoder::new(limits);
     let mut best = None;
     while let Some(piece) = waiting.blocking_recv() {
-        decoder.push(&piece);
+        match piece {
+            Arrived::Next(bytes) => decoder.push(&bytes),
+            Arrived::Ahead(from, bytes) => {
+                if decoder.glimpse(from, &bytes) > 0 {
+                    announcer.preview(|| decoder.preview());
+                }
+                continue;
+            }
+        }
         loop {
             match decoder.next_level() {
                 Ok(Some(level)) => {

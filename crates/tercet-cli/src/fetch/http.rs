@@ -7,9 +7,9 @@ use futures_util::{StreamExt, TryStreamExt};
 use reqwest::header::{self, HeaderMap};
 use reqwest::{Client, Response, StatusCode, Url};
 
-use super::Opened;
 use super::fault::Fault;
 use super::wanted::Wanted;
+use super::{Arrived, Opened};
 
 /// Bytes that are asked for when only a part is wanted and the header is not known yet: the header
 /// and, of most files, some levels.
@@ -65,7 +65,7 @@ impl Http {
         };
         let tag =
             field(answer.headers(), header::ETAG).filter(|tag| !tag.starts_with("W/")).map(str::to_owned);
-        let bytes = answer.bytes_stream().map_err(Fault::from).boxed();
+        let bytes = answer.bytes_stream().map_ok(Arrived::Next).map_err(Fault::from).boxed();
         Ok(Opened { start, tag, bytes })
     }
 }

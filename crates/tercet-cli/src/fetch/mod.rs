@@ -38,7 +38,16 @@ pub struct Opened {
     start: u64,
     /// The strong entity tag of the file, quotes included, if the server names one.
     tag: Option<String>,
-    bytes: BoxStream<'static, Result<Bytes, Fault>>,
+    bytes: BoxStream<'static, Result<Arrived, Fault>>,
+}
+
+/// Bytes of a file that have arrived.
+pub enum Arrived {
+    /// The next ones.
+    Next(Bytes),
+    /// Some from a place on that is not reached yet. They are for looking only: they come again in their turn, if they
+    /// are right.
+    Ahead(u64, Bytes),
 }
 
 /// What a transfer came to.
@@ -94,6 +103,13 @@ impl Progress {
         bytes.truncate(usize::try_from(left).unwrap_or(usize::MAX));
         self.decoding.push(bytes.clone()).await;
         bytes
+    }
+
+    /// Looks at bytes that came before their turn, if they are wanted.
+    fn glimpse(&self, from: u64, bytes: Bytes, wanted: &Wanted) {
+        if self.end(wanted).is_some_and(|end| from.saturating_add(bytes.len() as u64) <= end) {
+            self.decoding.glimpse(from, bytes);
+        }
     }
 
     /// Where the bytes that are wanted end, once the header says so.
@@ -215,8 +231,14 @@ impl Transfer {
             *progress = Progress::new(self);
         }
         self.part.set_tag(opened.tag)?;
-        while let Some(bytes) = opened.bytes.next().await {
-            let bytes = progress.take(bytes?, self.part.bytes(), &self.wanted).await;
+        while let Some(arrived) = opened.bytes.next().await {
+            let bytes = match arrived? {
+                Arrived::Next(bytes) => progress.take(bytes, self.part.bytes(), &self.wanted).await,
+                Arrived::Ahead(from, bytes) => {
+                    progress.glimpse(from, bytes, &self.wanted);
+                    continue;
+                }
+            };
             self.part.append(&bytes)?;
             if self.part.bytes() > self.furthest {
                 self.furthest = self.part.bytes();

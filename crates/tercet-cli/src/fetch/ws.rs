@@ -14,10 +14,10 @@ use tokio_tungstenite::tungstenite::protocol::WebSocketConfig;
 use tokio_tungstenite::tungstenite::{Error, Message};
 use tokio_tungstenite::{MaybeTlsStream, WebSocketStream, connect_async_with_config};
 
-use super::Opened;
 use super::fault::Fault;
 use super::refusal::refusal;
 use super::wanted::Wanted;
+use super::{Arrived, Opened};
 use crate::protocol::{Command, Data, Hello, MOST_BYTES, SUBPROTOCOL};
 
 type Socket = WebSocketStream<MaybeTlsStream<TcpStream>>;
@@ -130,9 +130,9 @@ impl Session {
         Ok(None)
     }
 
-    fn pieces(self) -> impl Stream<Item = Result<Bytes, Fault>> + Send {
+    fn pieces(self) -> impl Stream<Item = Result<Arrived, Fault>> + Send {
         stream::try_unfold(self, |mut session| async move {
-            Ok(session.piece().await?.map(|piece| (piece, session)))
+            Ok(session.piece().await?.map(|piece| (Arrived::Next(piece), session)))
         })
     }
 }

@@ -5,21 +5,20 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use anyhow::{Context, Result, anyhow};
-use bytes::Bytes;
 use futures_util::{Stream, StreamExt, stream};
 use reqwest::{StatusCode, Url};
 use tercet::Limits;
 use tercet::transport::{FileId, Received, Receiver};
 use tokio::io::{AsyncReadExt, BufReader};
-use tokio::time::{Instant, MissedTickBehavior, interval, sleep_until, timeout};
+use tokio::time::{Instant, Interval, MissedTickBehavior, interval, sleep_until, timeout};
 use wtransport::config::IpBindConfig;
 use wtransport::error::ConnectingError;
 use wtransport::tls::Sha256Digest;
 use wtransport::{ClientConfig, Connection, Endpoint, RecvStream, SendStream};
 
-use super::Opened;
 use super::fault::Fault;
 use super::refusal::refusal;
+use super::{Arrived, Opened};
 use crate::protocol::{Greeting, MOST_LINE, Offer, Open};
 use crate::quic::{self, REPORT_INTERVAL};
 
@@ -130,7 +129,8 @@ impl Wt {
         input.read_exact(&mut opening).await.map_err(Fault::transient)?;
         let (gathered, patience) = (self.gathered.clone(), self.timeout);
         let last_words = Box::pin(async move { self::line(&mut input).await });
-        Ok((Session { connection, last_words, _out: out, gathered, patience }, greeting, opening))
+        let session = Session { connection, last_words, _out: out, gathered, patience, reports: None };
+        Ok((session, greeting, opening))
     }
 
     /// Makes ready to gather; the result is where the bytes begin that will be handed on.
@@ -160,16 +160,24 @@ struct Session {
     _out: SendStream,
     gathered: Arc<Mutex<Option<Gathered>>>,
     patience: Duration,
+    /// When to report, if that goes on as it was.
+    reports: Option<Interval>,
 }
 
 impl Session {
-    /// The next bytes of the file, whenever a block is complete; `None` at its end.
-    async fn piece(&mut self) -> Result<Option<Bytes>, Fault> {
-        let mut reports = interval(REPORT_INTERVAL.max(self.connection.rtt() / 4));
-        reports.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    /// The next bytes of the file, whenever a block is complete, and before what of the next one has arrived; `None` at
+    /// the file's end.
+    async fn piece(&mut self) -> Result<Option<Arrived>, Fault> {
+        let mut reports = self.reports.take().unwrap_or_else(|| {
+            let mut reports = interval(REPORT_INTERVAL.max(self.connection.rtt() / 4));
+            reports.set_missed_tick_behavior(MissedTickBehavior::Delay);
+            reports
+        });
         let mut deadline = Instant::now() + self.patience;
         loop {
             if let Some(piece) = self.take()? {
+                // Only a block that is complete is worth a report at once.
+                self.reports = matches!(piece, Some(Arrived::Ahead(..))).then_some(reports);
                 return Ok(piece);
             }
             tokio::select! {
@@ -200,13 +208,16 @@ impl Session {
     }
 
     /// What can be handed on now: some bytes, or that the end is there.
-    fn take(&self) -> Result<Option<Option<Bytes>>, Fault> {
+    fn take(&self) -> Result<Option<Option<Arrived>>, Fault> {
         let gathered = &mut *self.gathered.lock().unwrap_or_else(PoisonError::into_inner);
         let gone = || Fault::transient(anyhow!("another session has begun"));
         let gathered = gathered.as_mut().ok_or_else(gone)?;
         if let Some(piece) = gathered.receiver.take() {
             gathered.position += piece.len() as u64;
-            return Ok(Some(Some(piece.into())));
+            return Ok(Some(Some(Arrived::Next(piece.into()))));
+        }
+        if let Some((place, bytes)) = gathered.receiver.glimpse() {
+            return Ok(Some(Some(Arrived::Ahead(place, bytes.into()))));
         }
         Ok(gathered.receiver.is_complete().then_some(None))
     }
@@ -216,7 +227,7 @@ impl Session {
         gathered.as_ref().map(|gathered| gathered.receiver.report().write()).unwrap_or_default()
     }
 
-    fn pieces(self) -> impl Stream<Item = Result<Bytes, Fault>> + Send {
+    fn pieces(self) -> impl Stream<Item = Result<Arrived, Fault>> + Send {
         stream::try_unfold(self, |mut session| async move {
             Ok(session.piece().await?.map(|piece| (piece, session)))
         })

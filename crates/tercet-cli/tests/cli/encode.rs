@@ -60,6 +60,30 @@ fn options_reach_the_file() {
 }
 
 #[test]
+fn levels_in_groups_come_back_and_info_names_them() {
+    let folder = Folder::new("encode-groups");
+    let mesh = tercet::subdivide(&shapes::scan(100, 1), tercet::Scheme::Sqrt3, 4, &Default::default());
+    folder.write_mesh("rough.ply", &shapes::noisy(&mesh.unwrap(), 0.002, 1));
+    folder.good("encode rough.ply --bits 12 -o plain.tct");
+    let table = folder.good("encode rough.ply --bits 12 --groups -o groups.tct");
+    for name in ["plain", "groups"] {
+        folder.good(&format!("decode {name}.tct -o {name}.ply"));
+    }
+    assert!(folder.read("groups.ply") == folder.read("plain.ply"));
+    let named = |text: String| text.lines().filter(|line| line.contains("sqrt3 in groups")).count();
+    let level = |level: &serde_json::Value| level["grouped"].as_bool().unwrap();
+    let levels = |name: &str| -> Vec<bool> {
+        let info: serde_json::Value =
+            serde_json::from_str(&folder.good(&format!("info {name}.tct --json"))).unwrap();
+        info["levels"].as_array().unwrap().iter().map(level).collect()
+    };
+    let grouped = levels("groups").into_iter().filter(|&grouped| grouped).count();
+    assert!(grouped > 0 && !levels("plain").contains(&true));
+    assert_eq!([named(table), named(folder.good("info groups.tct"))], [grouped; 2]);
+    assert_eq!(named(folder.good("info plain.tct")), 0);
+}
+
+#[test]
 fn errors_name_file_place_and_cause() {
     let folder = Folder::new("encode-errors");
     folder.write("nan.obj", "v 0 0 0\nv 1 nan 0\nv 0 1 0\nf 1 2 3\n");

@@ -9,7 +9,7 @@ use crate::site::{Site, folder, patience, tct};
 use serde_json::Value;
 use tercet::shapes;
 use tercet::transport::{FileId, MAX_DATAGRAM, Received, Receiver};
-use tercet::{Limits, encode};
+use tercet::{EncodeOptions, Limits, Scheme, encode, subdivide};
 use tercet_cli::server::Patience;
 use tercet_cli::server::webtransport::InjectedLoss;
 use tokio::io::{AsyncReadExt, BufReader};
@@ -102,6 +102,33 @@ async fn a_file_arrives_in_spite_of_losses() {
     // Only what is wanted is kept.
     let run = fetch(&folder, &format!("{url} -o coarse.ply --protocol wt --level 2 --json")).await.good();
     assert!(run.events().last().unwrap()["bytes"].as_u64().unwrap() < file.len() as u64 / 10);
+}
+
+#[tokio::test]
+async fn levels_in_groups_are_shown_before_their_block_is_complete() {
+    let site = Site::lossy("wt-groups", patience(), LOSS).await;
+    let mesh = subdivide(&shapes::scan(200, 1), Scheme::Sqrt3, 5, &Limits::default()).unwrap();
+    let options = EncodeOptions { bits: Some(14), groups: true, ..EncodeOptions::default() };
+    let encoded = encode(&shapes::noisy(&mesh, 0.002, 1), &options).unwrap();
+    site.write("rough.tct", &encoded.bytes);
+    let folder = folder("wt-groups-out");
+    let url = format!("http://{}/rough.tct", site.address);
+    let run = fetch(&folder, &format!("{url} -o out.tct --protocol wt --json --retries 0")).await.good();
+    assert!(std::fs::read(folder.join("out.tct")).unwrap() == encoded.bytes);
+    let events = run.events();
+    let previews: Vec<&Value> = events.iter().filter(|event| event["event"] == "preview").collect();
+    assert!(!previews.is_empty());
+    for preview in previews {
+        let level = &encoded.info.levels[preview["level"].as_u64().unwrap() as usize];
+        assert!(level.grouped);
+        assert_eq!(preview["vertices"], level.vertices);
+        assert!(preview["pending"].as_u64().unwrap() < u64::from(level.vertices));
+    }
+    // What is not wanted is not shown.
+    let grouped = encoded.info.levels.iter().position(|level| level.grouped).unwrap();
+    let goal = format!("--level {}", grouped - 1);
+    let run = fetch(&folder, &format!("{url} -o coarse.ply --protocol wt {goal} --json")).await.good();
+    assert!(run.events().iter().all(|event| event["event"] != "preview"));
 }
 
 #[tokio::test]

@@ -130,7 +130,9 @@ mod tests {
         };
         let digits = SPLIT.into_iter().chain(FLIP).flatten();
         digits.for_each(|digit| prints(&digit.iter().map(|&l| l as i32).collect::<Vec<_>>()));
-        [SPLIT_WEIGHTS, FLIP_WEIGHTS].map(|weights| prints(&weights.map(i32::from)));
+        for weights in [SPLIT_WEIGHTS, FLIP_WEIGHTS] {
+            prints(&weights.map(i32::from));
+        }
         for [a, b, c, d, e, .., bias] in MIXED {
             prints(&[a, b, c, d, e, bias].map(i32::from));
         }
