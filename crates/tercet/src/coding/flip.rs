@@ -82,7 +82,7 @@ pub(super) struct Edge {
 impl FlipModels {
     pub fn new(effort: Effort) -> Self {
         match effort {
-            Effort::Fast => FlipModels::Counted(priors::counters(priors::FLIP[0]).collect()),
+            Effort::Fast => FlipModels::Counted(priors::counters(&priors::FLIP[..1])),
             #[cfg(feature = "max")]
             Effort::Max => FlipModels::Panel(Box::default()),
             _ => FlipModels::Mixed(BitModel::expecting(priors::FLIP, priors::FLIP_WEIGHTS, Edge::SETS, 260)),

@@ -32,7 +32,7 @@ impl<const N: usize> BitModel<N> {
     /// Begins with what the digits of contexts say, and with these weights (in 1/8192).
     pub fn expecting(contexts: [&[&[i16]]; N], first: [i16; N], sets: usize, rate: i32) -> Self {
         let mut model = Self::new(contexts.map(priors::size), sets, rate);
-        model.counters = contexts.into_iter().flat_map(priors::counters).collect();
+        model.counters = priors::counters(&contexts);
         let mut weights = [0; 8];
         weights[..N].copy_from_slice(&first);
         model.mixer = Mixer::new(sets, |_| [weights]);

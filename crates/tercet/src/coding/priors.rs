@@ -76,12 +76,16 @@ pub(super) static FLIP: Contexts = [
 pub(super) const SPLIT_WEIGHTS: [i16; 4] = [3884, 2515, 2833, 3424];
 pub(super) const FLIP_WEIGHTS: [i16; 4] = [2930, 3421, 3217, 2858];
 
-/// Counters for all values of a context with these digits.
-pub(super) fn counters(digits: &[&[i16]]) -> impl Iterator<Item = Counter> {
-    (0..size(digits)).map(move |value| {
-        let p = squash(logit(digits, value)) >> 8;
-        Counter::expecting(p.clamp(1, 255) as u8)
-    })
+/// Counters for all values of some contexts, one context after the other.
+pub(super) fn counters(contexts: &[&[&[i16]]]) -> Vec<Counter> {
+    let mut counters = Vec::new();
+    for digits in contexts {
+        for logit in logits(digits) {
+            let p = squash(logit) >> 8;
+            counters.push(Counter::expecting(p.clamp(1, 255) as u8));
+        }
+    }
+    counters
 }
 
 /// How many values a context with these digits has.
@@ -94,13 +98,19 @@ pub(super) const fn size(digits: &[&[i16]]) -> usize {
     size
 }
 
-fn logit(digits: &[&[i16]], mut value: usize) -> i32 {
-    let mut sum = 0;
-    for digit in digits.iter().rev() {
-        sum += digit[value % digit.len()] as i32;
-        value /= digit.len();
+/// Of all values of a context, in order.
+fn logits(digits: &[&[i16]]) -> Vec<i32> {
+    let mut sums = vec![0];
+    for digit in digits {
+        let mut longer = Vec::with_capacity(sums.len() * digit.len());
+        for sum in sums {
+            for &logit in *digit {
+                longer.push(sum + logit as i32);
+            }
+        }
+        sums = longer;
     }
-    sum
+    sums
 }
 
 #[cfg(test)]
@@ -111,9 +121,15 @@ mod tests {
     #[test]
     fn the_sum_of_the_digits_says_what_a_value_is_expected_to_be() {
         let digits: &[&[i16]] = &[&[0, 600], &[-300, 0, 300]];
-        let found: Vec<i32> = (0..size(digits)).map(|value| logit(digits, value)).collect();
+        let found = logits(digits);
+        assert_eq!(found.len(), size(digits));
         assert_eq!(found, [-300, 0, 300, 300, 600, 900]);
-        assert!(counters(digits).zip(found).all(|(counter, l)| counter.p().abs_diff(squash(l)) < 256));
+        assert!(
+            counters(&[digits])
+                .into_iter()
+                .zip(found)
+                .all(|(counter, l)| counter.p().abs_diff(squash(l)) < 256)
+        );
     }
 
     #[test]

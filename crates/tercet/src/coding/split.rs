@@ -57,7 +57,7 @@ pub(super) struct Face<'a> {
 impl SplitModels {
     pub fn new(effort: Effort) -> Self {
         match effort {
-            Effort::Fast => SplitModels::Counted(priors::counters(priors::SPLIT[0]).collect()),
+            Effort::Fast => SplitModels::Counted(priors::counters(&priors::SPLIT[..1])),
             #[cfg(feature = "max")]
             Effort::Max => SplitModels::Panel(Box::default()),
             _ => {

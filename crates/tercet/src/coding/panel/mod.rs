@@ -47,7 +47,7 @@ impl<const N: usize, const S: usize> Panel<N, S> {
         weights.as_flattened_mut()[..N].fill((8192 * 3 / 2 / N as i32) as i16);
         let mixers = sets.map(|sets| Mixer::new(sets, |_| weights));
         let secondary = Secondary::new(sets[0]);
-        let mut counters: Vec<Counter> = first.into_iter().flat_map(priors::counters).collect();
+        let mut counters = priors::counters(&first);
         counters.resize(total, Counter::NEW);
         Panel { counters, start, mixers, secondary }
     }
