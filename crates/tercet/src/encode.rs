@@ -264,7 +264,7 @@ impl Writer {
         self.levels.begin_base(&mut coder, &positions);
         let reach = coder.reach();
         let streams = self.positions(coder, &positions[self.levels.surface.virtuals as usize..]);
-        self.finish(Payload::Streams(streams, reach), LevelKind::Base);
+        self.finish(Payload::Streams(streams, reach), LevelKind::Base, &[]);
         Ok(())
     }
 
@@ -292,7 +292,15 @@ impl Writer {
         self.map = lift(&coded.refined, &step, fine, &self.map);
         let kind = step.kind;
         drop(step);
+        let mut nearest = Vec::new();
         let payload = if is_late {
+            if let Some(errors) = &self.errors {
+                nearest = errors.nearest_on_decoders(level, &self.map);
+            }
+            if level == 0 {
+                let image = images(&coded.refined.surface, &self.map, fine);
+                self.forget_connectivity(image);
+            }
             self.levels.late_step(coded);
             Payload::Streams(vec![coder.finish()], reach)
         } else {
@@ -322,7 +330,7 @@ impl Writer {
             StepKind::Sqrt3Odd => LevelKind::Sqrt3Odd,
             StepKind::Butterfly => LevelKind::Butterfly,
         };
-        self.finish(payload, kind);
+        self.finish(payload, kind, &nearest);
         Ok(())
     }
 
@@ -377,25 +385,12 @@ impl Writer {
         self.image[virtuals..].iter().map(|&v| vertex_source[v as usize - virtuals]).collect()
     }
 
-    /// The positions that a reader has at the current level, in the numbering of `known`.
-    fn shown(&self, known: &Surface) -> Vec<Point> {
-        let mut shown = vec![[0; 3]; known.vertices as usize];
+    /// Lists a level that is coded. Of a late one, `nearest` are the faces that the samples of its error are nearest to.
+    fn finish(&mut self, payload: Payload, kind: LevelKind, nearest: &[u32]) {
         let surface = &self.levels.surface;
-        for (corners, &corner) in surface.vertex.chunks_exact(3).zip(&self.map) {
-            for (&v, c) in corners.iter().zip([corner, next(corner), prev(corner)]) {
-                shown[known.at(c) as usize] = self.levels.field.positions[v as usize];
-            }
-        }
-        shown
-    }
-
-    fn finish(&mut self, payload: Payload, kind: LevelKind) {
-        let surface = &self.levels.surface;
-        let level = self.hierarchy.steps.len();
-        let known = self.hierarchy.surface(level);
         let error = self.errors.as_ref().map_or(0.0, |errors| match kind {
-            LevelKind::Late => errors.estimated(level, known, &self.shown(known)),
-            _ => errors.of(level),
+            LevelKind::Late => errors.estimated(nearest, surface, &self.levels.field.positions),
+            _ => errors.of(self.hierarchy.steps.len()),
         });
         let lifted = kind.is_regular();
         self.entries.push(LevelEntry {

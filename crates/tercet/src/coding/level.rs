@@ -440,12 +440,14 @@ impl Levels {
         let known = self.field.positions[..first as usize].iter().map(|&p| precise(p));
         let before = self.late.take().into_iter().flat_map(|late| late.estimates);
         let spare = FRACTION_BITS - ESTIMATE_BITS;
-        let new = step
-            .estimates
-            .iter()
+        // Each goes when it has been used: smoothing is where a decoder's memory is highest.
+        let Step { refined: Refined { surface, .. }, estimates, .. } = step;
+        let new = estimates
+            .into_iter()
             .map(|e| e.map(|x| (x >> spare).clamp(i32::MIN as i64, i32::MAX as i64) as i32));
-        let mut points: Vec<Point> = known.chain(before).chain(new).collect();
-        self.surface = step.refined.surface;
+        let mut points: Vec<Point> = Vec::with_capacity(surface.vertices as usize);
+        points.extend(known.chain(before).chain(new));
+        self.surface = surface;
         relax(&self.surface, &mut points, first, self.effort);
         let estimates = points.split_off(first as usize);
         let positions = &mut self.field.positions;

@@ -97,10 +97,21 @@ impl LevelErrors {
         self.errors[level]
     }
 
-    /// The error of a level, counted from the finest, if its vertices lay at `positions`. Time O(samples).
-    pub fn estimated(&self, level: usize, surface: &Surface, positions: &[[i32; 3]]) -> f32 {
+    /// The faces of the decoder's surface that the samples were nearest to at a level, counted from the finest. `map`
+    /// gives for each of its faces a corner of the one that it is on the encoder's. Linear time.
+    pub fn nearest_on_decoders(&self, level: usize, map: &[u32]) -> Vec<u32> {
+        let mut decoders = vec![0; map.len()];
+        for (f, &corner) in (0..).zip(map) {
+            decoders[(corner / 3) as usize] = f;
+        }
+        self.faces[level].iter().map(|&f| decoders[f as usize]).collect()
+    }
+
+    /// The error of a level whose vertices would lie at `positions`, and whose faces `nearest` to the samples were
+    /// those when they did not. Time O(samples).
+    pub fn estimated(&self, nearest: &[u32], surface: &Surface, positions: &[[i32; 3]]) -> f32 {
         let shape = Shape { surface, positions, lattice: &self.lattice };
-        let starts = self.samples.iter().zip(&self.faces[level]);
+        let starts = self.samples.iter().zip(nearest);
         self.root_mean(starts.map(|(sample, &face)| shape.descend(sample.position, face).1).sum())
     }
 

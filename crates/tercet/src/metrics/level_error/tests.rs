@@ -220,3 +220,38 @@ fn every_fine_face_has_a_coarse_one_in_its_place() {
         });
     }
 }
+
+#[test]
+fn the_decoders_surface_has_the_same_error_whatever_its_numbers() {
+    let mesh = graph(20, 2, bumps);
+    let Cut { surface, vertex_source, .. } = cut(&mesh);
+    let lattice = Lattice::new(&crate::mesh::box_lattice(&mesh, 16));
+    let mut points = vec![[0; 3]; surface.virtuals as usize];
+    points.extend(vertex_source.iter().map(|&v| lattice.quantise(mesh.positions[v as usize])));
+    let mut errors = LevelErrors::new(&mesh, &surface, &vertex_source, &lattice);
+    let hierarchy = crate::reverse::Hierarchy::build(
+        surface.clone(),
+        points.clone(),
+        LevelScheme::default(),
+        Update::None,
+        |reached| errors.measure(reached),
+    );
+    assert!(hierarchy.steps.len() > 2);
+    // Faces from the last to the first, each turned by one corner.
+    let faces = surface.faces();
+    let corner = |c: u32| 3 * (faces - 1 - c / 3) + (c + 2) % 3;
+    let mut decoders = surface.clone();
+    let mut map = vec![0; faces as usize];
+    for c in 0..3 * faces {
+        decoders.vertex[corner(c) as usize] = surface.at(c);
+        decoders.opposite[corner(c) as usize] = corner(surface.across(c));
+        if corner(c) % 3 == 0 {
+            map[(corner(c) / 3) as usize] = c;
+        }
+    }
+    let nearest = errors.nearest_on_decoders(0, &map);
+    let error = errors.estimated(&nearest, &decoders, &points);
+    assert!((error - errors.of(0)).abs() <= 1e-6 * errors.of(0), "{error} {}", errors.of(0));
+    points.iter_mut().for_each(|p| p[2] += 400);
+    assert!(errors.estimated(&nearest, &decoders, &points) > 10.0 * errors.of(0));
+}
