@@ -405,7 +405,7 @@ impl Decoder {
                 self.levels.base(&mut coder, None, &limits)?;
                 // Its positions take time and memory: not for another surface than announced.
                 check_counts(&self.levels, entry)?;
-                self.levels.begin_base(&mut coder, &[]);
+                self.levels.begin_base(&mut coder, &[], None);
             }
             Some(kind) => {
                 let coarse = &self.levels.surface;

@@ -3,7 +3,7 @@
 mod trial;
 
 use crate::coding::supplement::{self, Original, Supplements};
-use crate::coding::{Levels, Point, payload};
+use crate::coding::{Levels, Point, Symmetry, payload};
 use crate::container::{self, LevelEntry, LevelKind, MOST_STREAMS, Outline, Supplement, UpdateRule};
 use crate::decode::Info;
 use crate::entropy::Encoder;
@@ -128,15 +128,16 @@ pub(crate) fn encode_stretched(
     let lattice = Lattice::new(&precision);
     let mut points: Vec<Point> = vec![[0; 3]; surface.virtuals as usize];
     points.extend(vertex_source.iter().map(|&v| lattice.quantise(mesh.positions[v as usize])));
+    let symmetry = Symmetry::find(&points[surface.virtuals as usize..], lattice.quantise([0.0; 3]));
     let mut errors = LevelErrors::new(mesh, &surface, &vertex_source, &lattice);
     let total = vertex_source.len() as u64;
     let hierarchy = Hierarchy::build(surface, points, options.scheme, options.update, |reached| {
         progress(Progress { stage: "reducing", done: total - reached.left() as u64, total });
         errors.measure(reached);
     });
-    let late = trial::late_levels(&hierarchy, options)?;
+    let late = trial::late_levels(&hierarchy, symmetry, options)?;
     let streams = streams(vertex_source.len());
-    let mut writer = Writer::new(hierarchy, options, Some(errors), late, streams);
+    let mut writer = Writer::new(hierarchy, options, symmetry, Some(errors), late, streams);
     writer.write(|done| progress(Progress { stage: "coding", done, total }))?;
     let source = writer.sources(&vertex_source);
     let original =
@@ -189,6 +190,7 @@ struct Writer {
     hierarchy: Hierarchy,
     rule: Update,
     groups: bool,
+    symmetry: Option<Symmetry>,
     /// Geometric errors of the levels; none are stated without.
     errors: Option<LevelErrors>,
     /// So many of the finest levels get their positions after all levels.
@@ -212,6 +214,7 @@ impl Writer {
     fn new(
         mut hierarchy: Hierarchy,
         options: &EncodeOptions,
+        symmetry: Option<Symmetry>,
         errors: Option<LevelErrors>,
         late: usize,
         streams: u32,
@@ -222,6 +225,7 @@ impl Writer {
             hierarchy,
             rule: options.update,
             groups: options.in_groups(),
+            symmetry,
             errors,
             late,
             levels: Levels::new(options.effort, streams),
@@ -261,7 +265,7 @@ impl Writer {
         self.map = self.levels.base(&mut coder, Some(known), &Limits { max_memory: u64::MAX })?;
         self.connectivity_bits += coder.bits();
         let positions = at(&positions, &images(&self.levels.surface, &self.map, known));
-        self.levels.begin_base(&mut coder, &positions);
+        self.levels.begin_base(&mut coder, &positions, self.symmetry);
         let reach = coder.reach();
         let streams = self.positions(coder, &positions[self.levels.surface.virtuals as usize..]);
         self.finish(Payload::Streams(streams, reach), LevelKind::Base, &[]);

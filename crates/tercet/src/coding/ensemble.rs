@@ -18,6 +18,7 @@ use super::residual::{Candidates, ResidualModels, Situation};
 use super::ring::{Neighbourhood, Ring};
 use super::scale::{Scale, ScaleCell, bin, ratio};
 use super::spread::{Cells, FineSpread};
+use super::twin::TwinModels;
 use super::vector::{Point, Vector, add_to};
 use crate::entropy::Coder;
 use crate::mesh::Surface;
@@ -73,6 +74,7 @@ pub(crate) struct EnsembleModels {
     /// What the points tell of the coordinate, by kind of axis and class of the neighbourhood.
     fits: Vec<Regression<FEATURES>>,
     deviation: Deviation,
+    twins: TwinModels,
     /// An entry a vertex, during a pass.
     trails: Vec<Trail>,
     /// By how much the expected point was off, in 1/256; an entry a vertex, during a pass.
@@ -111,6 +113,7 @@ impl EnsembleModels {
             histograms: [(); 3].map(|()| Histogram::new()),
             fits: vec![Regression::NEW; KINDS * CLASSES],
             deviation: Deviation::new(),
+            twins: TwinModels::new(),
             trails: Vec::new(),
             errors: Vec::new(),
         }
@@ -142,7 +145,7 @@ impl EnsembleModels {
         rough: &mut [Roughness],
     ) -> bool {
         let (mut ring, mut beyond) = (Ring::default(), Beyond::default());
-        progress.run(coder, pass, targets, positions, |coder, turn| {
+        progress.run(coder, pass, targets, positions, |coder, turn, twins| {
             ring.gather(pass, turn);
             let point = if ring.known() == 0 {
                 plain(coder, pass, turn.target)
@@ -150,10 +153,17 @@ impl EnsembleModels {
                 beyond.gather(pass.surface, turn.corner, turn.known, turn.positions);
                 let around = Neighbourhood::new(&ring, pass, turn, rough);
                 let vertex = Vertex::new(around, &ring, &beyond, self, turn.estimate);
-                let (point, trail) = self.vertex(coder, &vertex, pass.order, turn.target);
+                let expected = vertex.points[EXPECTED];
+                let (point, trail) =
+                    match self.twins.code(coder, twins, expected, turn.target, turn.positions) {
+                        Some(point) => {
+                            let normal = vertex.around.normal;
+                            (point, vertex.points.map(|p| Roughness::at(point, p, normal, pass.order)))
+                        }
+                        None => self.vertex(coder, &vertex, pass.order, turn.target),
+                    };
                 Roughness::spread(rough, turn.v, trail[EXPECTED], ring.vertices());
                 self.remember(turn.v, trail, ring.vertices());
-                let expected = vertex.points[EXPECTED];
                 self.errors[turn.v as usize] = [0, 1, 2].map(|k| clamp(exact(point[k]) - expected[k]));
                 point
             };

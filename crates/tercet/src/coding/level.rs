@@ -14,6 +14,7 @@ use super::ring::{LATE, NEAR, Shares};
 use super::site::{Site, in_faces, in_rings, lie_in_faces};
 use super::sketch::Sketch;
 use super::split::SplitModels;
+use super::symmetry::Symmetry;
 use super::tabled::{TableModels, Walk};
 use super::vector::{COORDINATE_LIMIT, Point, Vector};
 use crate::entropy::Coder;
@@ -35,6 +36,8 @@ pub(crate) struct Levels {
     effort: Effort,
     /// Streams of the positions of a large pass, one a region.
     streams: u32,
+    /// The plane by which the mesh is its own mirror image, if it is.
+    symmetry: Option<Symmetry>,
     /// The finest surface so far.
     pub surface: Surface,
     /// What is known of its vertices.
@@ -61,6 +64,7 @@ struct Open {
     shares: &'static Shares,
     bits: u32,
     origin: Point,
+    symmetry: Option<Symmetry>,
     by_support: bool,
     course: Course,
     lifted: Option<Lifted>,
@@ -69,7 +73,7 @@ struct Open {
 impl Open {
     /// What the pass over `surface` works on, and how far it has come.
     fn parts<'a>(&'a mut self, surface: &'a Surface) -> (Pass<'a>, &'a mut Course) {
-        let Open { first, estimates, order, shares, bits, origin, by_support, course, .. } = self;
+        let Open { first, estimates, order, shares, bits, origin, symmetry, by_support, course, .. } = self;
         let pass = Pass {
             surface,
             first: *first,
@@ -79,6 +83,7 @@ impl Open {
             shares,
             bits: *bits,
             origin: *origin,
+            symmetry: *symmetry,
         };
         (pass, course)
     }
@@ -122,6 +127,7 @@ impl Levels {
             tables: None,
             effort,
             streams,
+            symmetry: None,
             surface: Surface::default(),
             field: Field::default(),
             late: None,
@@ -148,8 +154,10 @@ impl Levels {
         Ok(base.origin)
     }
 
-    /// Begins the pass over the base's positions, one entry a vertex when encoding, else ignored.
-    pub fn begin_base<C: Coder>(&mut self, coder: &mut C, positions: &[Point]) {
+    /// Begins the pass over the base's positions, one entry a vertex when encoding, else ignored, as is by which plane
+    /// the mesh is its own mirror image.
+    pub fn begin_base<C: Coder>(&mut self, coder: &mut C, positions: &[Point], symmetry: Option<Symmetry>) {
+        self.symmetry = Symmetry::code(coder, symmetry);
         let virtuals = self.surface.virtuals as usize;
         let real = positions.get(virtuals..).unwrap_or_default();
         // An update may have pushed base vertices below the lattice.
@@ -222,8 +230,20 @@ impl Levels {
     ) {
         let by_support = Positions::visit_by_support(self.effort, order);
         let (bits, origin) = ANYWHERE;
-        self.open =
-            Some(Open { first, estimates, order, shares, bits, origin, by_support, course, lifted: None });
+        // Where nothing is expected no twin can be looked for, and details of regular levels take too few bits.
+        let symmetry = self.symmetry.filter(|_| order == AxisOrder::NormalLast && !estimates.is_empty());
+        self.open = Some(Open {
+            first,
+            estimates,
+            order,
+            shares,
+            bits,
+            origin,
+            symmetry,
+            by_support,
+            course,
+            lifted: None,
+        });
     }
 
     /// Codes the positions of the pass that has begun, of `targets` when encoding: one entry a vertex of it.

@@ -46,11 +46,14 @@ mod sketch;
 mod split;
 mod spread;
 pub(crate) mod supplement;
+mod symmetry;
 mod tabled;
 #[cfg(all(test, feature = "max"))]
 mod training;
 mod traversal;
+mod twin;
 mod vector;
 
 pub(crate) use level::Levels;
+pub(crate) use symmetry::Symmetry;
 pub(crate) use vector::Point;

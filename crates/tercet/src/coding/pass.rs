@@ -1,9 +1,11 @@
 //! A pass over the positions of a surface: what it works on, and its walk from vertex to vertex, which all
 //! profiles share.
 
-use super::axes::{AxisOrder, NORMAL};
+use super::axes::{AxisOrder, NORMAL, axes};
 use super::ring::Shares;
+use super::symmetry::Symmetry;
 use super::traversal::Traversal;
+use super::twin::Twins;
 use super::vector::{COORDINATE_LIMIT, Point, Vector};
 use crate::entropy::Coder;
 use crate::mesh::Surface;
@@ -27,6 +29,12 @@ impl Roughness {
             AxisOrder::NormalLast => Roughness { tangential: (first + second) / 2, normal: third },
             AxisOrder::NormalFirst => Roughness { tangential: (second + third) / 2, normal: first },
         }
+    }
+
+    /// Of a vertex at `point` that was expected at `expected`, in 1/256, on a surface with this `normal`.
+    pub fn at(point: Point, expected: Vector, normal: Vector, order: AxisOrder) -> Self {
+        let off = |axis: usize| ((point[axis] as i64) << FRACTION_BITS).abs_diff(expected[axis]);
+        Roughness::of(axes(normal, order).map(off), order)
     }
 
     /// Notes in `rough`, which has an entry a vertex, that `v` was `off` by so much: its `neighbours` tend to it.
@@ -77,6 +85,16 @@ pub(crate) struct Pass<'a> {
     /// Width of a coordinate where nothing near is known, and what is subtracted from it.
     pub bits: u32,
     pub origin: Point,
+    /// The plane that vertices may have twins by, if there is one.
+    pub symmetry: Option<Symmetry>,
+}
+
+impl Pass<'_> {
+    /// What the pass begins to look for twins in, if it does.
+    pub fn twins(&self, positions: &[Point]) -> Option<Twins> {
+        let known = self.surface.virtuals..self.first;
+        self.symmetry.map(|symmetry| Twins::new(symmetry, self.surface, known, positions))
+    }
 }
 
 /// Width and origin above the base, where a vertex rarely knows no neighbour, as when all are other regions'.
@@ -88,12 +106,13 @@ pub(crate) struct Progress {
     /// By how much the estimates of the vertices coded so far were off, in 1/256; an entry for each
     /// vertex that has one.
     pub errors: Vec<[i32; 3]>,
+    twins: Option<Twins>,
 }
 
 impl Progress {
     /// Of a pass that has not begun.
-    pub fn new(traversal: Traversal, estimates: usize) -> Self {
-        Progress { traversal, errors: vec![[0; 3]; estimates] }
+    pub fn new(traversal: Traversal, pass: &Pass, positions: &[Point]) -> Self {
+        Progress { traversal, errors: vec![[0; 3]; pass.estimates.len()], twins: pass.twins(positions) }
     }
 
     /// Codes the vertices of the pass that are left, those of `targets` when encoding, until all are coded or
@@ -108,7 +127,7 @@ impl Progress {
         pass: &Pass,
         targets: &[Point],
         positions: &mut [Point],
-        mut code: impl FnMut(&mut C, &Turn) -> Point,
+        mut code: impl FnMut(&mut C, &Turn, &mut Option<Twins>) -> Point,
     ) -> bool {
         while let Some((v, corner)) = self.traversal.next() {
             if coder.exhausted() {
@@ -128,8 +147,11 @@ impl Progress {
                 errors: &self.errors,
                 positions,
             };
-            let point = code(coder, &turn);
+            let point = code(coder, &turn, &mut self.twins);
             positions[v as usize] = point;
+            if let Some(twins) = &mut self.twins {
+                twins.note(v, point);
+            }
             if let Some(estimate) = pass.estimates.get(i) {
                 self.errors[i] =
                     [0, 1, 2].map(|k| (((point[k] as i64) << FRACTION_BITS) - estimate[k]) as i32);

@@ -12,6 +12,7 @@ use super::pass::{Pass, Progress, Roughness, plain};
 use super::ring::{Neighbourhood, Ring};
 use super::scale::{Scale, ScaleCell, ratio};
 use super::spread::{Cells, ROUGH, Spread};
+use super::twin::TwinModels;
 use super::vector::Point;
 use crate::entropy::Coder;
 use crate::subdivide::FRACTION_BITS;
@@ -23,6 +24,7 @@ pub(crate) struct PositionModels {
     spread: Spread,
     /// By expert, kind of axis, distance from the first expert and roughness.
     by_distance: Vec<ScaleCell>,
+    twins: TwinModels,
 }
 
 const DISTANCES: usize = 8;
@@ -33,6 +35,7 @@ impl PositionModels {
             coordinate: CoordinateModels::new(),
             spread: Spread::new(),
             by_distance: vec![ScaleCell::default(); EXPERTS * KINDS * DISTANCES * ROUGH],
+            twins: TwinModels::new(),
         }
     }
 
@@ -49,13 +52,17 @@ impl PositionModels {
         rough: &mut [Roughness],
     ) -> bool {
         let mut ring = Ring::default();
-        progress.run(coder, pass, targets, positions, |coder, turn| {
+        progress.run(coder, pass, targets, positions, |coder, turn, twins| {
             ring.gather(pass, turn);
             if ring.known() == 0 {
                 return plain(coder, pass, turn.target);
             }
             let around = Neighbourhood::new(&ring, pass, turn, rough);
-            let (point, off) = self.vertex(coder, &around, pass.order, turn.target);
+            let expected = around.predictions[0];
+            let (point, off) = match self.twins.code(coder, twins, expected, turn.target, turn.positions) {
+                Some(point) => (point, Roughness::at(point, expected, around.normal, pass.order)),
+                None => self.vertex(coder, &around, pass.order, turn.target),
+            };
             Roughness::spread(rough, turn.v, off, ring.vertices());
             point
         })

@@ -119,7 +119,7 @@ impl Regions {
             false => Traversal::by_number(pass.surface, pass.first),
         };
         models.begin(pass, &field.positions, &field.rough);
-        Progress::new(traversal, pass.estimates.len())
+        Progress::new(traversal, pass, &field.positions)
     }
 
     /// Each region on a copy of the field.
@@ -206,8 +206,17 @@ mod tests {
             targets.iter().map(|p| p.map(|x| ((x as i64) << FRACTION_BITS) + 70)).collect();
         let (bits, origin) = ANYWHERE;
         let (order, shares) = (AxisOrder::NormalLast, &LATE);
-        let pass =
-            Pass { surface, first, estimates: &estimates, order, by_support: true, shares, bits, origin };
+        let pass = Pass {
+            surface,
+            first,
+            estimates: &estimates,
+            order,
+            by_support: true,
+            shares,
+            bits,
+            origin,
+            symmetry: None,
+        };
         let vertices = surface.vertices as usize;
         let mut field = Field { positions: vec![[9; 3]; vertices], rough: vec![Roughness::START; vertices] };
         let mut models = vec![Positions::new(Effort::Default); COUNT as usize];

@@ -13,6 +13,7 @@ use super::detail::{DetailModels, Lesson};
 use super::pass::{Pass, Roughness, plain};
 use super::scale::{Scale, ScaleCell, bin};
 use super::site::Site;
+use super::twin::{TwinModels, Twins};
 use super::vector::{COORDINATE_LIMIT, Point};
 use crate::entropy::{Coder, Counter, Cumulative, Frequencies, SYMBOLS, log2_fixed, squash};
 use crate::mesh::Surface;
@@ -32,6 +33,7 @@ pub(crate) struct TableModels {
     pub(super) escapes: Vec<Counter>,
     /// Those of regular levels.
     pub(super) details: DetailModels,
+    twins: TwinModels,
 }
 
 const ROUGH: usize = 24;
@@ -47,12 +49,14 @@ pub(crate) struct Walk {
     sites: Vec<Site>,
     /// Vertices coded so far.
     cursor: usize,
+    /// Once it has begun.
+    twins: Option<Twins>,
 }
 
 impl Walk {
     /// Over the vertices at `sites`; it has not begun.
     pub fn new(sites: Vec<Site>) -> Self {
-        Walk { sites, cursor: 0 }
+        Walk { sites, cursor: 0, twins: None }
     }
 
     /// How many vertices are still to be visited.
@@ -194,6 +198,7 @@ impl TableModels {
             by_neighbour: table,
             escapes: vec![Counter::NEW; KINDS * LENGTHS],
             details: DetailModels::new(),
+            twins: TwinModels::new(),
         }
     }
 
@@ -215,7 +220,10 @@ impl TableModels {
         positions: &mut [Point],
         rough: &mut [Roughness],
     ) -> bool {
-        let Walk { sites, cursor } = walk;
+        let Walk { sites, cursor, twins } = walk;
+        if *cursor == 0 {
+            *twins = pass.twins(positions);
+        }
         while let Some(site) = sites.get(*cursor) {
             if coder.exhausted() {
                 // The caller refuses the level; what follows would only take time.
@@ -236,7 +244,13 @@ impl TableModels {
                 AxisOrder::NormalLast => match Around::new(site, &known) {
                     None => plain(coder, pass, target),
                     Some(around) => {
-                        let (point, off) = self.vertex(coder, &around, target);
+                        let expected = around.expected;
+                        let (point, off) = match self.twins.code(coder, twins, expected, target, positions) {
+                            Some(point) => {
+                                (point, Roughness::at(point, expected, around.normal, AxisOrder::NormalLast))
+                            }
+                            None => self.vertex(coder, &around, target),
+                        };
                         Roughness::spread(rough, v, off, &site.corners);
                         Roughness::spread(rough, v, off, &site.wings);
                         point
@@ -244,6 +258,9 @@ impl TableModels {
                 },
             };
             positions[v as usize] = point;
+            if let Some(twins) = twins {
+                twins.note(v, point);
+            }
             *cursor += 1;
         }
         true

@@ -1,6 +1,7 @@
 //! How many levels get their positions late: found by coding, not by guessing.
 
 use super::{EncodeOptions, Progressive, Writer};
+use crate::coding::Symmetry;
 use crate::mesh::{Mesh, NONE, Surface, cut};
 use crate::reverse::{Hierarchy, StepKind};
 use crate::{Effort, Result};
@@ -19,6 +20,7 @@ fn trial_faces(faces: usize, effort: Effort) -> usize {
 /// A part of a mesh, or all of it, reduced: to be coded more than once.
 struct Part<'a> {
     hierarchy: Cow<'a, Hierarchy>,
+    symmetry: Option<Symmetry>,
     options: EncodeOptions,
 }
 
@@ -27,7 +29,11 @@ struct Part<'a> {
 ///
 /// # Errors
 /// None for the hierarchy of a mesh.
-pub(super) fn late_levels(hierarchy: &Hierarchy, options: &EncodeOptions) -> Result<usize> {
+pub(super) fn late_levels(
+    hierarchy: &Hierarchy,
+    symmetry: Option<Symmetry>,
+    options: &EncodeOptions,
+) -> Result<usize> {
     let adaptive = hierarchy.steps.iter().take_while(|step| step.kind == StepKind::Adaptive).count();
     let most = adaptive.min(most_late(options.effort));
     if most == 0 || options.effort == Effort::Fast {
@@ -37,20 +43,25 @@ pub(super) fn late_levels(hierarchy: &Hierarchy, options: &EncodeOptions) -> Res
     match options.progressive {
         Progressive::Best => {
             let faces = trial_faces(faces, options.effort);
-            Part::new(hierarchy, faces, options).worth_it(most)
+            Part::new(hierarchy, faces, symmetry, options).worth_it(most)
         }
-        Progressive::Smallest => Part::new(hierarchy, faces, options).smallest(most),
+        Progressive::Smallest => Part::new(hierarchy, faces, symmetry, options).smallest(most),
     }
 }
 
 impl<'a> Part<'a> {
     /// At least `count` connected faces of the finest surface, or all that are connected to them.
     /// All of the surface if it has no more.
-    fn new(hierarchy: &'a Hierarchy, count: usize, options: &EncodeOptions) -> Self {
+    fn new(
+        hierarchy: &'a Hierarchy,
+        count: usize,
+        symmetry: Option<Symmetry>,
+        options: &EncodeOptions,
+    ) -> Self {
         let (whole, points) = (hierarchy.surface(0), &hierarchy.positions[0]);
         let options = *options;
         if count >= whole.faces() as usize {
-            return Part { hierarchy: Cow::Borrowed(hierarchy), options };
+            return Part { hierarchy: Cow::Borrowed(hierarchy), symmetry, options };
         }
         let mut mesh = Mesh::default();
         let mut number = vec![NONE; whole.vertices as usize];
@@ -70,7 +81,7 @@ impl<'a> Part<'a> {
         let mut points = vec![[0; 3]; part.surface.virtuals as usize];
         points.extend(part.vertex_source.iter().map(|&v| chosen[v as usize]));
         let hierarchy = Hierarchy::build(part.surface, points, options.scheme, options.update, |_| {});
-        Part { hierarchy: Cow::Owned(hierarchy), options }
+        Part { hierarchy: Cow::Owned(hierarchy), symmetry, options }
     }
 
     /// As many as make the part smaller by 2 %, or none; a part of a mesh shows less than the whole does. Most
@@ -99,7 +110,7 @@ impl<'a> Part<'a> {
     fn size(&self, late: usize) -> Result<usize> {
         let hierarchy = Hierarchy::clone(&self.hierarchy);
         let adaptive = hierarchy.steps.iter().take_while(|step| step.kind == StepKind::Adaptive).count();
-        let mut writer = Writer::new(hierarchy, &self.options, None, late.min(adaptive), 1);
+        let mut writer = Writer::new(hierarchy, &self.options, self.symmetry, None, late.min(adaptive), 1);
         writer.write(|_| {})?;
         let payloads = writer.payloads.iter().chain(&writer.late_payload);
         Ok(payloads.map(Vec::len).sum())

@@ -20,4 +20,5 @@ mod remesh;
 mod round_trip;
 mod sqrt3;
 mod streams;
+mod symmetry;
 mod truncation;
