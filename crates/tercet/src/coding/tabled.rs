@@ -221,7 +221,7 @@ impl TableModels {
         rough: &mut [Roughness],
     ) -> bool {
         let Walk { sites, cursor, twins } = walk;
-        if *cursor == 0 {
+        if *cursor == 0 && twins.is_none() {
             *twins = pass.twins(positions);
         }
         while let Some(site) = sites.get(*cursor) {
