@@ -4,8 +4,8 @@
 //! invalid one begins with the kind of error that it is refused with.
 
 use crate::common::file::{File, LOSSY};
-use crate::common::holed;
 use crate::common::{butterfly, sqrt3};
+use crate::common::{holed, mirrored};
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::PathBuf;
@@ -32,6 +32,7 @@ fn originals() -> Vec<(&'static str, Mesh, EncodeOptions)> {
         bits: Some(12),
         ..exact
     };
+    let twins = EncodeOptions { scheme: LevelScheme::Adaptive, bits: Some(12), ..exact };
     let third = EncodeOptions { update: Update::Third, ..lattice };
     let paper = EncodeOptions { update: Update::Paper, ..lattice };
     let groups = EncodeOptions { bits: Some(24), groups: true, ..exact };
@@ -46,6 +47,7 @@ fn originals() -> Vec<(&'static str, Mesh, EncodeOptions)> {
         ("butterfly_boundary", noisy(&butterfly::refined(&holed(), 1), 0.01, 7), paper),
         ("adaptive_boundary", noisy(&holed(), 0.01, 3), lattice),
         ("late", torus(30, 20), late),
+        ("twins", mirrored([12, 8], 0.01, [9, 9]), twins),
         ("fast_boundary", noisy(&holed(), 0.01, 3), fast),
         ("fast_sqrt3", noisy(&sqrt3::refined(&grid(2, 3), 2), 0.01, 2), fast),
         ("sqrt3_groups", noisy(&sqrt3::refined(&icosahedron(), 4), 0.05, 9), groups),

@@ -1,21 +1,13 @@
 //! Meshes that are their own mirror images: one of two twins costs next to nothing.
 
-use crate::common::{contents, drain, levels};
+use crate::common::{contents, drain, levels, mirrored};
 use tercet::shapes::{join, noisy, shuffled, torus};
 use tercet::verify::{Sameness, compare, quantised};
 use tercet::{Decoder, Effort, EncodeOptions, LevelScheme, Limits, Mesh, encode};
 
-/// A rough torus beside the plane x = 0.
-fn half(seed: u64) -> Mesh {
-    let mut mesh = noisy(&torus(60, 40), 0.01, seed);
-    mesh.positions.iter_mut().for_each(|p| p[0] += 2.0);
-    mesh
-}
-
-fn image(mut mesh: Mesh) -> Mesh {
-    mesh.positions.iter_mut().for_each(|p| p[0] = -p[0]);
-    mesh.faces.iter_mut().for_each(|f| f.swap(1, 2));
-    mesh
+/// Two halves with noise of these seeds.
+fn halves(seeds: [u64; 2]) -> Mesh {
+    mirrored([60, 40], 0.01, seeds)
 }
 
 fn options(bits: Option<u8>, effort: Effort) -> EncodeOptions {
@@ -24,8 +16,8 @@ fn options(bits: Option<u8>, effort: Effort) -> EncodeOptions {
 
 #[test]
 fn mirror_images_come_back_and_cost_little() {
-    let mesh = shuffled(&join(&[half(1), image(half(1))]), 5);
-    let other = shuffled(&join(&[half(1), image(half(2))]), 5);
+    let mesh = shuffled(&halves([1, 1]), 5);
+    let other = shuffled(&halves([1, 2]), 5);
     for bits in [Some(12), None] {
         for effort in [Effort::Fast, Effort::Default, Effort::Max] {
             let options = options(bits, effort);
@@ -45,17 +37,17 @@ fn mirror_images_come_back_and_cost_little() {
 #[test]
 fn a_plane_beside_the_middle_is_one_through_the_origin() {
     // What only one side has moves the middle, but not the plane.
-    let mut accessory = half(7);
-    accessory.positions.iter_mut().for_each(|p| p[0] += 3.0);
-    let mesh = join(&[half(1), image(half(1)), accessory.clone()]);
-    let other = join(&[half(1), image(half(2)), accessory]);
+    let mut accessory = noisy(&torus(60, 40), 0.01, 7);
+    accessory.positions.iter_mut().for_each(|p| p[0] += 5.0);
+    let mesh = join(&[halves([1, 1]), accessory.clone()]);
+    let other = join(&[halves([1, 2]), accessory]);
     let size = |mesh: &Mesh| encode(mesh, &options(Some(14), Effort::Default)).unwrap().bytes.len();
     assert!(size(&mesh) * 5 < size(&other) * 4, "{} of {} bytes", size(&mesh), size(&other));
 }
 
 #[test]
 fn twins_do_not_depend_on_portions() {
-    let mesh = join(&[half(3), image(half(3))]);
+    let mesh = halves([3, 3]);
     let file = encode(&mesh, &options(Some(11), Effort::Default)).unwrap().bytes;
     let whole = levels(&file);
     for portion in [1, 7, 300] {

@@ -15,6 +15,19 @@ pub fn holed() -> Mesh {
     mesh
 }
 
+/// A torus, `rough` and beside the plane x = 0, and its mirror image by that, each with noise of its own seed: the same
+/// seed makes them twins.
+pub fn mirrored([around, across]: [usize; 2], rough: f64, seeds: [u64; 2]) -> Mesh {
+    let [left, mut right] = seeds.map(|seed| {
+        let mut mesh = noisy(&torus(around, across), rough, seed);
+        mesh.positions.iter_mut().for_each(|p| p[0] += 2.0);
+        mesh
+    });
+    right.positions.iter_mut().for_each(|p| p[0] = -p[0]);
+    right.faces.iter_mut().for_each(|f| f.swap(1, 2));
+    join(&[left, right])
+}
+
 /// Small meshes that are oriented manifolds of whole surfaces, each vertex in some face.
 pub fn manifolds() -> Vec<(&'static str, Mesh)> {
     vec![
