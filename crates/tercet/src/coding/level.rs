@@ -27,8 +27,8 @@ use std::borrow::Cow;
 
 /// All models and the surface they have reached; the same in encoder and decoder.
 pub(crate) struct Levels {
-    split: SplitModels,
-    flip: FlipModels,
+    /// From the first adaptive level on.
+    bits: Option<(SplitModels, FlipModels)>,
     /// Of each region, unless the pass is coded by tables.
     position: Vec<Positions>,
     tables: Option<TableModels>,
@@ -116,8 +116,7 @@ pub(crate) struct Step {
 impl Levels {
     pub fn new(effort: Effort, streams: u32) -> Self {
         Levels {
-            split: SplitModels::new(effort),
-            flip: FlipModels::new(effort),
+            bits: None,
             position: Vec::new(),
             tables: None,
             effort,
@@ -377,10 +376,13 @@ impl Levels {
         }
         split.resize(surface.faces() as usize, false);
         let sketch = Sketch::new(surface, &self.field.positions);
-        self.split.code(coder, surface, &sketch, &mut split);
+        let effort = self.effort;
+        let (splits, flips) =
+            self.bits.get_or_insert_with(|| (SplitModels::new(effort), FlipModels::new(effort)));
+        splits.code(coder, surface, &sketch, &mut split);
         announced(split.iter().filter(|&&s| s).count() as u64)?;
         let estimates = estimate(surface, &self.field.positions, &sketch, &split);
-        let flips = self.flip.code(coder, surface, &sketch, &split, &flip);
+        let flips = flips.code(coder, surface, &sketch, &split, &flip);
         drop(sketch);
         Ok(Step { kind, refined: refine(surface, &split, &flips), estimates })
     }
