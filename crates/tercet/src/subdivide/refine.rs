@@ -32,19 +32,16 @@ pub(crate) struct Refined {
 ///        x                 x
 /// ```
 pub(crate) fn refine(coarse: &Surface, split: &[bool], flips: &[u32]) -> Refined {
+    let mut first = Vec::with_capacity(split.len());
     let mut count = 0;
-    // For each coarse face twice the first of its heirs, and one more if it is split.
-    let note = |&split: &bool| {
-        let first = count;
-        count += if split { 3 } else { 1 };
-        2 * first + split as u32
-    };
-    let mut first: Vec<u32> = split.iter().map(note).collect();
+    for &s in split {
+        first.push(count);
+        count += if s { 3 } else { 1 };
+    }
     // The corner that faces the edge that coarse corner `c` faces, before flips.
     let heir = |c: u32| {
         let (f, k) = (c / 3, c % 3);
-        let first = first[f as usize];
-        3 * (first / 2) + if first % 2 == 1 { 3 * k + 2 } else { k }
+        3 * first[f as usize] + if split[f as usize] { 3 * k + 2 } else { k }
     };
     // Each face is written as if it were split; what is too much the next one overwrites.
     const SPARE: usize = 6;
@@ -53,8 +50,8 @@ pub(crate) fn refine(coarse: &Surface, split: &[bool], flips: &[u32]) -> Refined
     let mut opposite = vec![0; corners + SPARE];
     let mut v = coarse.vertices;
     let faces = coarse.vertex.as_chunks().0.iter().zip(coarse.opposite.as_chunks::<3>().0);
-    for ((&[t0, t1, t2], across), &first) in faces.zip(&first) {
-        let (o, s) = (3 * (first / 2), first % 2 == 1);
+    for (((&[t0, t1, t2], across), &s), &first) in faces.zip(split).zip(&first) {
+        let o = 3 * first;
         let i = o as usize;
         let [h0, h1, h2] = across.map(heir);
         let [x, y, z] = if s { [t1, t2, v] } else { [t0, t1, t2] };
@@ -69,7 +66,6 @@ pub(crate) fn refine(coarse: &Surface, split: &[bool], flips: &[u32]) -> Refined
     for &c in flips {
         flip_edge(&mut fine, heir(c), heir(coarse.across(c)));
     }
-    first.iter_mut().for_each(|first| *first /= 2);
     Refined { surface: fine, first }
 }
 
