@@ -446,7 +446,10 @@ impl Levels {
             .estimates
             .iter()
             .map(|e| e.map(|x| (x >> spare).clamp(i32::MIN as i64, i32::MAX as i64) as i32));
-        let mut points: Vec<Point> = known.chain(before).chain(new).collect();
+        let mut points: Vec<Point> = Vec::with_capacity(step.refined.surface.vertices as usize);
+        points.extend(known);
+        points.extend(before);
+        points.extend(new);
         self.surface = step.refined.surface;
         relax(&self.surface, &mut points, first, self.effort);
         let estimates = points.split_off(first as usize);
