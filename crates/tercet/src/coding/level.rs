@@ -27,7 +27,7 @@ use std::borrow::Cow;
 
 /// All models and the surface they have reached; the same in encoder and decoder.
 pub(crate) struct Levels {
-    /// From the first adaptive level on.
+    /// The models of split and flip bits, from the first adaptive level on.
     bits: Option<(SplitModels, FlipModels)>,
     /// Of each region, unless the pass is coded by tables.
     position: Vec<Positions>,
@@ -377,12 +377,12 @@ impl Levels {
         split.resize(surface.faces() as usize, false);
         let sketch = Sketch::new(surface, &self.field.positions);
         let effort = self.effort;
-        let (splits, flips) =
+        let (split_models, flip_models) =
             self.bits.get_or_insert_with(|| (SplitModels::new(effort), FlipModels::new(effort)));
-        splits.code(coder, surface, &sketch, &mut split);
+        split_models.code(coder, surface, &sketch, &mut split);
         announced(split.iter().filter(|&&s| s).count() as u64)?;
         let estimates = estimate(surface, &self.field.positions, &sketch, &split);
-        let flips = flips.code(coder, surface, &sketch, &split, &flip);
+        let flips = flip_models.code(coder, surface, &sketch, &split, &flip);
         drop(sketch);
         Ok(Step { kind, refined: refine(surface, &split, &flips), estimates })
     }

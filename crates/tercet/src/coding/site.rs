@@ -48,13 +48,13 @@ pub(crate) fn in_faces(coarse: &Surface, first: &[u32], fine: &Surface) -> Vec<S
         return faces.map(|(&corners, opposites)| Site { corners, wings: opposites.map(born) }).collect();
     }
     // The new vertex of each face that has become three.
-    let mut next = coarse.vertices;
+    let mut vertex = coarse.vertices;
     let heirs = first.windows(2).map(|pair| pair[1] - pair[0]);
     let heirs = heirs.chain(first.last().map(|last| fine.faces() - last));
     let note = |heirs: u32| {
         let is_split = heirs == 3;
-        let born = if is_split { next } else { NONE };
-        next += is_split as u32;
+        let born = if is_split { vertex } else { NONE };
+        vertex += is_split as u32;
         born
     };
     let born: Vec<u32> = heirs.map(note).collect();

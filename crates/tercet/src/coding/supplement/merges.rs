@@ -21,7 +21,7 @@ pub(super) struct Merged {
 /// Codes which of the real vertices at `points` are copies. When encoding, `source` names each
 /// one's vertex in the mesh, of `sources`; vertices of the same source must coincide.
 ///
-/// Time O(n + k log k) for k vertices that coincide with others; O(n log n) if points were made to share their hashes.
+/// Time O(n log n), but linear for most: only those that may coincide with others are sorted.
 pub(super) fn code<C: Coder>(
     coder: &mut C,
     surface: &Surface,
@@ -71,7 +71,8 @@ pub(super) fn code<C: Coder>(
     numbered(&original)
 }
 
-/// The vertices that coincide with others, and a few more, by point and number.
+/// The vertices that coincide with others, and some of the rest, by point and number: less than a sixteenth of them,
+/// unless they were made to share their hashes.
 fn coinciding(points: &[Point]) -> Vec<u32> {
     // Of sixteen bits a vertex, those whose points have the hash, and those for which another one had it before.
     let bits = (16 * points.len() as u64).next_power_of_two().max(64);
