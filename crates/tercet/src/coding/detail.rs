@@ -10,7 +10,7 @@
 use super::around::{Correction, Known};
 use super::axes::{AxisOrder, KINDS, axes, kind, shift};
 use super::site::Site;
-use super::tabled::{Frame, LENGTHS, WIDTHS, Width, initial};
+use super::tabled::{Frame, LENGTHS, WIDTHS, Width};
 use super::vector::Point;
 use crate::entropy::{Coder, Counter, Frequencies};
 use crate::subdivide::{FRACTION_BITS, round};
@@ -37,16 +37,16 @@ const CLASSES: usize = 8;
 const LEAST: u32 = 4;
 
 /// Distances of the expectation from the nearest lattice point that are told apart, and the width of each, in 1/256.
-const FRACTIONS: usize = 4;
+pub(super) const FRACTIONS: usize = 4;
 const FRACTION_WIDTH: usize = 128 / FRACTIONS;
 
 /// Errors are held below this.
 const FAR: u64 = 1 << 36;
 
 impl DetailModels {
-    pub fn new() -> Self {
-        let start = (0..KINDS * WIDTHS * FRACTIONS).map(|i| initial(i / FRACTIONS % WIDTHS));
-        DetailModels { means: [[START; CLASSES]; KINDS], tables: start.collect() }
+    /// Begins with these `tables`, by kind, width and fraction.
+    pub fn new(tables: Vec<Frequencies>) -> Self {
+        DetailModels { means: [[START; CLASSES]; KINDS], tables }
     }
 
     /// Codes where the vertex at `site` lies, which is `target` when encoding; `told` are the vertices of the pass that

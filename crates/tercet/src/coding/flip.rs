@@ -140,19 +140,20 @@ impl<'a> Course<'a> {
         let mut expected = vec![0i32; surface.vertices as usize];
         let mut candidates = vec![0; surface.vertex.len() / 2 + 1];
         let mut count = 0;
-        let faces = surface.vertex.chunks_exact(3).zip(surface.opposite.chunks_exact(3));
-        for (f, (t, o)) in faces.enumerate() {
-            let born = split[f];
-            let beside = [0, 1, 2].map(|k| born | split[(o[k] / 3) as usize]);
+        let faces = surface.vertex.as_chunks::<3>().0.iter().zip(surface.opposite.as_chunks::<3>().0);
+        let mut c = 0;
+        for ((t, o), &born) in faces.zip(split) {
+            let beside = o.map(|o| (born | split[(o / 3) as usize]) as i32);
             for k in 0..3 {
-                let as_apex = if born { UNIT } else { PRIOR * beside[k] as i32 };
+                // UNIT in a split face, beside which every edge is. A processor could not guess which are.
+                let as_apex = PRIOR * beside[k] + (UNIT - PRIOR) * born as i32;
                 // Of the edges at a vertex each face takes one.
-                let as_end = PRIOR * beside[(k + 1) % 3] as i32;
+                let as_end = PRIOR * beside[(k + 1) % 3];
                 let expected = &mut expected[t[k] as usize];
                 *expected = expected.wrapping_add(UNIT + as_apex - as_end);
-                let c = (3 * f + k) as u32;
                 candidates[count] = c;
-                count += (beside[k] & (c < o[k])) as usize;
+                count += (beside[k] & (c < o[k]) as i32) as usize;
+                c += 1;
             }
         }
         candidates.truncate(count);

@@ -28,8 +28,8 @@ use std::borrow::Cow;
 
 /// All models and the surface they have reached; the same in encoder and decoder.
 pub(crate) struct Levels {
-    split: SplitModels,
-    flip: FlipModels,
+    /// The models of split and flip bits, from the first adaptive level on.
+    bits: Option<(SplitModels, FlipModels)>,
     /// Of each region, unless the pass is coded by tables.
     position: Vec<Positions>,
     tables: Option<TableModels>,
@@ -121,8 +121,7 @@ pub(crate) struct Step {
 impl Levels {
     pub fn new(effort: Effort, streams: u32) -> Self {
         Levels {
-            split: SplitModels::new(effort),
-            flip: FlipModels::new(effort),
+            bits: None,
             position: Vec::new(),
             tables: None,
             effort,
@@ -397,10 +396,13 @@ impl Levels {
         }
         split.resize(surface.faces() as usize, false);
         let sketch = Sketch::new(surface, &self.field.positions);
-        self.split.code(coder, surface, &sketch, &mut split);
+        let effort = self.effort;
+        let (split_models, flip_models) =
+            self.bits.get_or_insert_with(|| (SplitModels::new(effort), FlipModels::new(effort)));
+        split_models.code(coder, surface, &sketch, &mut split);
         announced(split.iter().filter(|&&s| s).count() as u64)?;
         let estimates = estimate(surface, &self.field.positions, &sketch, &split);
-        let flips = self.flip.code(coder, surface, &sketch, &split, &flip);
+        let flips = flip_models.code(coder, surface, &sketch, &split, &flip);
         drop(sketch);
         Ok(Step { kind, refined: refine(surface, &split, &flips), estimates })
     }
@@ -466,7 +468,9 @@ impl Levels {
             .into_iter()
             .map(|e| e.map(|x| (x >> spare).clamp(i32::MIN as i64, i32::MAX as i64) as i32));
         let mut points: Vec<Point> = Vec::with_capacity(surface.vertices as usize);
-        points.extend(known.chain(before).chain(new));
+        points.extend(known);
+        points.extend(before);
+        points.extend(new);
         self.surface = surface;
         relax(&self.surface, &mut points, first, self.effort);
         let estimates = points.split_off(first as usize);

@@ -78,12 +78,10 @@ pub(super) const FLIP_WEIGHTS: [i16; 4] = [2930, 3421, 3217, 2858];
 
 /// Counters for all values of some contexts, one context after the other.
 pub(super) fn counters(contexts: &[&[&[i16]]]) -> Vec<Counter> {
-    let mut counters = Vec::new();
+    let mut counters = Vec::with_capacity(contexts.iter().map(|digits| size(digits)).sum());
     for digits in contexts {
-        for logit in logits(digits) {
-            let p = squash(logit) >> 8;
-            counters.push(Counter::expecting(p.clamp(1, 255) as u8));
-        }
+        let expected = |logit| Counter::expecting((squash(logit) >> 8).clamp(1, 255) as u8);
+        counters.extend(logits(digits).into_iter().map(expected));
     }
     counters
 }
@@ -102,11 +100,9 @@ pub(super) const fn size(digits: &[&[i16]]) -> usize {
 fn logits(digits: &[&[i16]]) -> Vec<i32> {
     let mut sums = vec![0];
     for digit in digits {
-        let mut longer = Vec::with_capacity(sums.len() * digit.len());
-        for sum in sums {
-            for &logit in *digit {
-                longer.push(sum + logit as i32);
-            }
+        let mut longer = vec![0; sums.len() * digit.len()];
+        for (places, sum) in longer.chunks_exact_mut(digit.len()).zip(sums) {
+            places.iter_mut().zip(*digit).for_each(|(place, &logit)| *place = sum + logit as i32);
         }
         sums = longer;
     }

@@ -3,8 +3,7 @@
 //! Everything here serves contexts or a guess, so that two digits are enough: reciprocal lengths
 //! come from a table, logarithms are linear between powers of two.
 
-use super::vector::{Point, Vector, cross, dot, shrink, sub};
-use crate::entropy::log2_fixed;
+use super::vector::{Vector, cross, dot, shrink};
 
 /// In place of the area of a virtual face.
 pub(crate) const VIRTUAL: i16 = i16::MIN;
@@ -42,14 +41,18 @@ impl Inverse {
     fn of_length(a: Vector) -> (Inverse, i32) {
         let (a, shrunk) = shrink(a);
         let square = dot(a, a) as u64 + 1;
-        // An even shift that leaves seven or eight bits.
-        let shift = ((63 - square.leading_zeros()) & !1) as i32 - 6;
-        let mantissa = if shift < 0 { square << -shift } else { square >> shift };
+        let zeros = square.leading_zeros();
+        let highest = square << zeros;
+        // What is left after an even shift has seven or eight bits.
+        let odd = !zeros & 1;
+        let shift = 57 - (zeros + odd) as i32;
         let inverse = Inverse {
-            mantissa: INVERSE_ROOT[mantissa as usize & 255],
+            mantissa: INVERSE_ROOT[(highest >> (57 - odd)) as usize & 255],
             exponent: (18 + shift / 2 + shrunk as i32) as u8,
         };
-        (inverse, log2_fixed(square, 5) / 2 + 32 * shrunk as i32)
+        // As `log2_fixed`, which would count the zeros again.
+        let log = ((62 - zeros) << 5) + (highest >> 58) as u32;
+        (inverse, (log / 2 + 32 * shrunk) as i32)
     }
 
     /// Half of each of the `squares` (below 2⁶¹) over the length, in 1/256, at most `most`.
@@ -91,10 +94,36 @@ pub(super) fn direction(a: Vector) -> [i16; 3] {
 }
 
 impl FaceShape {
+    /// Of two edges that start at one corner; also the normal, as long as double the area.
     #[inline(always)]
-    pub fn new(p: [Point; 3]) -> (Self, Vector) {
-        let normal = cross(sub(p[1], p[0]), sub(p[2], p[0]));
+    pub fn new([first, second]: [Vector; 2]) -> (Self, Vector) {
+        let normal = cross(first, second);
         let (inverse, area) = Inverse::of_length(normal);
         (FaceShape { area: area as i16, inverse }, normal)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::entropy::log2_fixed;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn lengths_have_the_logarithm_and_the_inverse_of_their_squares(
+            a in prop::array::uniform3(any::<i64>()),
+            shift in 4u32..64,
+        ) {
+            let a = a.map(|x| x >> shift);
+            let (small, shrunk) = shrink(a);
+            let square = dot(small, small) as u64 + 1;
+            let even = ((63 - square.leading_zeros()) & !1) as i32 - 6;
+            let mantissa = if even < 0 { square << -even } else { square >> even };
+            let (inverse, log) = Inverse::of_length(a);
+            prop_assert_eq!(log, log2_fixed(square, 5) / 2 + 32 * shrunk as i32);
+            prop_assert_eq!(inverse.mantissa, INVERSE_ROOT[mantissa as usize]);
+            prop_assert_eq!(inverse.exponent as i32, 18 + even / 2 + shrunk as i32);
+        }
     }
 }

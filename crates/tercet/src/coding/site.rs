@@ -42,29 +42,30 @@ pub(crate) fn lie_in_faces(kind: StepKind, coarse: &Surface) -> bool {
 /// face in their order; `first` tells, for each coarse face, the first of the fine faces that it became.
 /// Time O(n).
 pub(crate) fn in_faces(coarse: &Surface, first: &[u32], fine: &Surface) -> Vec<Site> {
-    let faces = coarse.vertex.chunks_exact(3).zip(coarse.opposite.chunks_exact(3));
+    let faces = coarse.vertex.as_chunks::<3>().0.iter().zip(coarse.opposite.as_chunks::<3>().0);
     if fine.vertices - coarse.vertices == coarse.faces() {
         let born = |beyond: u32| coarse.vertices + beyond / 3;
-        let site = |(t, o): (&[u32], &[u32])| Site {
-            corners: [t[0], t[1], t[2]],
-            wings: [o[0], o[1], o[2]].map(born),
-        };
-        return faces.map(site).collect();
+        return faces.map(|(&corners, opposites)| Site { corners, wings: opposites.map(born) }).collect();
     }
-    // A split face has become three: the rank of a face tells how many split ones are before it.
-    let ends = first.iter().skip(1).copied().chain([fine.faces()]);
-    let born: Vec<u32> = (0..)
-        .zip(first.iter().zip(ends))
-        .map(|(f, (&start, end))| if end - start == 3 { coarse.vertices + (start - f) / 2 } else { NONE })
-        .collect();
+    // The new vertex of each face that has become three.
+    let mut vertex = coarse.vertices;
+    let heirs = first.windows(2).map(|pair| pair[1] - pair[0]);
+    let heirs = heirs.chain(first.last().map(|last| fine.faces() - last));
+    let note = |heirs: u32| {
+        let is_split = heirs == 3;
+        let born = if is_split { vertex } else { NONE };
+        vertex += is_split as u32;
+        born
+    };
+    let born: Vec<u32> = heirs.map(note).collect();
     let mut sites = Vec::with_capacity((fine.vertices - coarse.vertices) as usize);
-    for ((t, o), _) in faces.zip(&born).filter(|&(_, &born)| born != NONE) {
-        let wings = [o[0], o[1], o[2]].map(|beyond| {
+    for ((&corners, opposites), _) in faces.zip(&born).filter(|&(_, &born)| born != NONE) {
+        let wings = opposites.map(|beyond| {
             let apex = coarse.at(beyond);
             let born = born[(beyond / 3) as usize];
             if born == NONE { apex } else { born }
         });
-        sites.push(Site { corners: [t[0], t[1], t[2]], wings });
+        sites.push(Site { corners, wings });
     }
     sites
 }

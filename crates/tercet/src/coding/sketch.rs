@@ -45,35 +45,42 @@ struct Sum {
 impl Sketch {
     /// Looks at every face of `surface` once; time O(n).
     pub fn new(surface: &Surface, positions: &[Point]) -> Self {
-        let faces = surface.faces() as usize;
-        let mut sums = vec![Sum::default(); surface.vertices as usize];
-        let (mut area, mut ratio) = (Vec::with_capacity(faces), Vec::with_capacity(faces));
-        for t in surface.vertex.chunks_exact(3) {
-            let t = [t[0], t[1], t[2]];
-            if t.iter().any(|&v| surface.is_virtual(v)) {
-                area.push(VIRTUAL);
-                t.iter().for_each(|&v| sums[v as usize].hidden += 1);
-                ratio.push(t.map(|v| if surface.is_virtual(v) { MOST_RATIO } else { 0 }));
-                continue;
-            }
-            let p = t.map(|v| positions[v as usize]);
-            let (shape, normal) = FaceShape::new(p);
-            for v in t {
-                let sum = &mut sums[v as usize];
-                // A fan would need thousands of the largest faces to leave 64 bits.
-                sum.normal = [0, 1, 2].map(|k| sum.normal[k].wrapping_add(normal[k]));
-                sum.area = sum.area.wrapping_add(shape.area as u32);
-                sum.real += 1;
-            }
-            area.push(shape.area);
-            let edges = [0, 1, 2].map(|k| sub(p[(k + 1) % 3], p[(k + 2) % 3]));
-            ratio.push(shape.inverse.halves(edges.map(|edge| dot(edge, edge)), MOST_RATIO));
-        }
+        let positions = &positions[..surface.vertices as usize];
+        let mut sums = vec![Sum::default(); positions.len()];
+        let faces = surface.vertex.as_chunks().0.iter();
+        let (area, ratio) = faces.map(|&t| Sketch::face(surface, positions, t, &mut sums)).unzip();
         Sketch { area, ratio, vertex: sums.into_iter().map(Sum::sketch).collect() }
+    }
+
+    /// Area and ratios of a face, which adds to the sums at its vertices.
+    #[inline(always)]
+    fn face(surface: &Surface, positions: &[Point], t: [u32; 3], sums: &mut [Sum]) -> (i16, [i16; 3]) {
+        if surface.any_virtual(&t) {
+            t.iter().for_each(|&v| sums[v as usize].hidden += 1);
+            return (VIRTUAL, t.map(|v| if surface.is_virtual(v) { MOST_RATIO } else { 0 }));
+        }
+        let [p, q, r] = t.map(|v| positions[v as usize]);
+        let spokes = [sub(q, p), sub(r, p)];
+        let (shape, normal) = FaceShape::new(spokes);
+        for v in t {
+            sums[v as usize].add(Sum { normal, area: shape.area as u32, real: 1, hidden: 0 });
+        }
+        let [a, b] = spokes.map(|spoke| dot(spoke, spoke));
+        let squares = [a + b - 2 * dot(spokes[0], spokes[1]), b, a];
+        (shape.area, shape.inverse.halves(squares, MOST_RATIO))
     }
 }
 
 impl Sum {
+    #[inline(always)]
+    fn add(&mut self, other: Sum) {
+        // A fan would need thousands of the largest faces to leave 64 bits.
+        self.normal = [0, 1, 2].map(|k| self.normal[k].wrapping_add(other.normal[k]));
+        self.area = self.area.wrapping_add(other.area);
+        self.real += other.real;
+        self.hidden += other.hidden;
+    }
+
     fn sketch(self) -> VertexSketch {
         VertexSketch {
             normal: direction(self.normal),

@@ -9,7 +9,7 @@
 
 use super::around::{Around, Candidates, Known};
 use super::axes::{AxisOrder, KINDS, NORMAL, axes, kind, shift};
-use super::detail::{DetailModels, Lesson};
+use super::detail::{DetailModels, FRACTIONS, Lesson};
 use super::pass::{Pass, Roughness, plain};
 use super::scale::{Scale, ScaleCell, bin};
 use super::site::Site;
@@ -93,19 +93,22 @@ impl Width {
 
 /// The distribution to begin with in a bin of widths: logistic, its centre a little above the
 /// middle of symbol 0.
-pub(super) fn initial(bin: usize) -> Frequencies {
+fn initial(bin: usize) -> Frequencies {
     let (mean, plain) = Width::representative(bin);
     let scale = Scale::new(mean);
     let half = (1i64 << plain) >> 1;
-    // P(error < the first of a unit) in 1/65536.
-    let below = |unit: i64| squash(scale.standardise(256 * ((unit << plain) - half) - 128 - 48)) as i64;
+    // P(error < the first of a unit) in 1/65536, from the lowest unit to beyond the highest.
+    let below: [i64; SYMBOLS] = std::array::from_fn(|i| {
+        let unit = i as i64 - NEAR;
+        squash(scale.standardise(256 * ((unit << plain) - half) - 128 - 48)) as i64
+    });
     let mut before = [0i16; SYMBOLS];
     let mut sum = 0i64;
     for (symbol, before) in before.iter_mut().enumerate() {
         *before = sum as i16;
         if symbol < SYMBOLS - 1 {
-            let unit = unfold(symbol);
-            sum += (((below(unit + 1) - below(unit)) * 16300) >> 16).max(4);
+            let unit = (unfold(symbol) + NEAR) as usize;
+            sum += (((below[unit + 1] - below[unit]) * 16300) >> 16).max(4);
         }
     }
     Frequencies::new(before)
@@ -190,14 +193,20 @@ impl Frame {
 impl TableModels {
     pub fn new() -> Self {
         let start: Vec<Frequencies> = (0..WIDTHS).map(initial).collect();
-        let table: Vec<Frequencies> =
-            (0..KINDS * WIDTHS * SYMBOLS).map(|i| start[i / SYMBOLS % WIDTHS]).collect();
+        // For every kind and width so many of the width's.
+        let table = |each: usize| {
+            let mut table = Vec::with_capacity(KINDS * WIDTHS * each);
+            for _ in 0..KINDS {
+                start.iter().for_each(|&start| table.extend(std::iter::repeat_n(start, each)));
+            }
+            table
+        };
         TableModels {
             cells: vec![ScaleCell::default(); KINDS * ROUGH],
-            by_parallelogram: table.clone(),
-            by_neighbour: table,
+            by_parallelogram: table(SYMBOLS),
+            by_neighbour: table(SYMBOLS),
             escapes: vec![Counter::NEW; KINDS * LENGTHS],
-            details: DetailModels::new(),
+            details: DetailModels::new(table(FRACTIONS)),
             twins: TwinModels::new(),
         }
     }

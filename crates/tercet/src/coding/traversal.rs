@@ -63,11 +63,24 @@ impl Traversal {
     pub fn by_support(surface: &Surface, first: u32, share: Share) -> Self {
         let mut traversal = Traversal::by_number(surface, first);
         let mut degree = vec![0u8; (surface.vertices - first) as usize];
-        for (c, &v) in (0..).zip(&surface.vertex) {
-            if v >= first {
-                let by = traversal.neighbour(surface, c) + traversal.pair(surface, c);
-                let degree = &mut degree[(v - first) as usize];
-                *degree = (*degree + by).min(HIGHEST);
+        let is_known = |v: u32| traversal.known[v as usize];
+        let faces = surface.vertex.as_chunks::<3>().0.iter().zip(surface.opposite.as_chunks::<3>().0);
+        for (t, o) in faces {
+            let known = t.map(is_known);
+            for k in 0..3 {
+                let (knows_a, knows_b) = (known[(k + 1) % 3], known[(k + 2) % 3]);
+                let degree = match t[k].checked_sub(first) {
+                    Some(i) if knows_a || knows_b => &mut degree[i as usize],
+                    _ => continue,
+                };
+                // The face after this one adds what the other of its neighbours is worth.
+                let neighbour = if knows_a { NEIGHBOUR } else { 0 };
+                let face = match knows_a && knows_b {
+                    true if is_known(surface.at(o[k])) => PAIR + PARALLELOGRAM,
+                    true => PAIR,
+                    false => 0,
+                };
+                *degree = (*degree + neighbour + face).min(HIGHEST);
             }
         }
         let faces = share.range(surface.faces());
@@ -134,25 +147,6 @@ impl Traversal {
             }
         }
         raise(&self.known, self.first, queue, a, before);
-    }
-
-    /// What the vertex after `c` is worth to the one at `c`.
-    #[inline(always)]
-    fn neighbour(&self, surface: &Surface, c: u32) -> u8 {
-        if self.known[surface.at(next(c)) as usize] { NEIGHBOUR } else { 0 }
-    }
-
-    /// What the two other vertices of the face of `c` are worth together to the one at `c`.
-    #[inline(always)]
-    fn pair(&self, surface: &Surface, c: u32) -> u8 {
-        let known = |c: u32| self.known[surface.at(c) as usize];
-        if !known(next(c)) || !known(prev(c)) {
-            0
-        } else if known(surface.across(c)) {
-            PAIR + PARALLELOGRAM
-        } else {
-            PAIR
-        }
     }
 }
 

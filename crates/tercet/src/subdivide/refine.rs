@@ -49,12 +49,11 @@ pub(crate) fn refine(coarse: &Surface, split: &[bool], flips: &[u32]) -> Refined
     let mut vertex = vec![0; corners + SPARE];
     let mut opposite = vec![0; corners + SPARE];
     let mut v = coarse.vertices;
-    let faces = coarse.vertex.chunks_exact(3).zip(coarse.opposite.chunks_exact(3));
-    for (((t, across), &s), &first) in faces.zip(split).zip(&first) {
+    let faces = coarse.vertex.as_chunks().0.iter().zip(coarse.opposite.as_chunks::<3>().0);
+    for (((&[t0, t1, t2], across), &s), &first) in faces.zip(split).zip(&first) {
         let o = 3 * first;
         let i = o as usize;
-        let [t0, t1, t2] = [t[0], t[1], t[2]];
-        let [h0, h1, h2] = [across[0], across[1], across[2]].map(heir);
+        let [h0, h1, h2] = across.map(heir);
         let [x, y, z] = if s { [t1, t2, v] } else { [t0, t1, t2] };
         vertex[i..i + 9].copy_from_slice(&[x, y, z, t2, t0, v, t0, t1, v]);
         let [x, y, z] = if s { [o + 4, o + 6, h0] } else { [h0, h1, h2] };
@@ -79,19 +78,19 @@ pub(crate) fn flipped(coarse: &Surface, flip: &[bool]) -> Vec<u32> {
 
 /// Flips the edge between the opposite corners `a` (at P) and `b` (at Q): the faces (P, x, y)
 /// and (Q, y, x) become (P, x, Q) and (Q, y, P), at the same face numbers.
+#[inline(always)]
 pub(crate) fn flip_edge(surface: &mut Surface, a: u32, b: u32) {
-    let beyond_xq = surface.across(next(b));
-    let beyond_yp = surface.across(next(a));
-    surface.vertex[prev(a) as usize] = surface.at(b);
-    surface.vertex[prev(b) as usize] = surface.at(a);
-    join(surface, a, beyond_xq);
-    join(surface, b, beyond_yp);
-    join(surface, next(a), next(b));
-}
-
-fn join(surface: &mut Surface, a: u32, b: u32) {
-    surface.opposite[a as usize] = b;
-    surface.opposite[b as usize] = a;
+    let Surface { vertex, opposite, .. } = surface;
+    // Both have an entry a corner: what lies within one lies within the other.
+    let opposite = &mut opposite[..vertex.len()];
+    let beyond_xq = opposite[next(b) as usize];
+    let beyond_yp = opposite[next(a) as usize];
+    vertex[prev(a) as usize] = vertex[b as usize];
+    vertex[prev(b) as usize] = vertex[a as usize];
+    for (c, d) in [(a, beyond_xq), (b, beyond_yp), (next(a), next(b))] {
+        opposite[c as usize] = d;
+        opposite[d as usize] = c;
+    }
 }
 
 #[cfg(test)]

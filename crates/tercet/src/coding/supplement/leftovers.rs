@@ -61,9 +61,16 @@ struct Cell {
     first: usize,
     /// The samples in it: a run of the list.
     samples: [usize; 2],
-    /// The sample nearest to the middle, of this cell or else of the smallest one around it that
-    /// has some.
-    guide: Option<Sample>,
+    /// That of the cell that it is a half of.
+    guide: Option<Guide>,
+}
+
+/// The sample nearest to the middle of a cell, or else of the smallest one around it that has some.
+#[derive(Clone, Copy)]
+struct Guide {
+    sample: Sample,
+    /// Of its face.
+    normal: [i32; 3],
 }
 
 /// Codes `count` points as a set. When encoding, `points` are they. Returns them in the order
@@ -103,25 +110,24 @@ pub(super) fn code_points<C: Coder>(
         let half = 1 << (bits - 1 - cell.depth / 3);
         let split = cell.corner[axis] + half;
         let members = &mut samples[cell.samples[0]..cell.samples[1]];
-        let lower_samples = partition(members, |s| s.at[axis] < split);
+        let guide = cell.guide(members, half, |f| normal(vertices, faces[f as usize]));
+        let lower_samples = partition(members, axis, split);
         let lower = if C::ENCODES {
             let list = &mut order[cell.first..cell.first + cell.count as usize];
             stable_partition(list, &mut spare, |&i| points[i as usize][axis] < split) as u32
         } else {
             0
         };
-        let situation = Situation::new(&cell, half, [lower_samples, members.len()], |f| {
-            normal(vertices, faces[f as usize])
-        });
+        let situation = Situation::new(&cell, half, [lower_samples, members.len()], guide);
         let lower = models.code(coder, lower, cell.count, &situation);
         let middle = cell.samples[0] + lower_samples;
-        let child = |count, corner, first, run: [usize; 2]| Cell {
+        let child = |count, corner, first, samples| Cell {
             corner,
             depth: cell.depth + 1,
             count,
             first,
-            samples: run,
-            guide: nearest(&samples[run[0]..run[1]], corner, half).or(cell.guide),
+            samples,
+            guide,
         };
         let mut corner = cell.corner;
         corner[axis] = split;
@@ -134,12 +140,16 @@ pub(super) fn code_points<C: Coder>(
 
 /// The middle of each face that lies in the cube of 2^`bits` steps.
 fn samples(vertices: &[Point], faces: &[[u32; 3]], bits: u32) -> Vec<Sample> {
-    let middle = |face: &[u32; 3]| {
-        let sum = |axis: usize| face.iter().map(|&v| vertices[v as usize][axis] as i64).sum::<i64>();
-        [0, 1, 2].map(|axis| sum(axis).div_euclid(3) as i32)
-    };
-    let all = faces.iter().enumerate().map(|(f, face)| Sample { at: middle(face), face: f as u32 });
-    all.filter(|s| s.at.iter().all(|&x| x >= 0 && x >> bits == 0)).collect()
+    let mut samples = Vec::with_capacity(faces.len());
+    for (f, face) in (0..).zip(faces) {
+        let [a, b, c] = face.map(|v| vertices[v as usize]);
+        // Of coordinates of 28 bits and a sign; without it, what is negative is beyond the cube, too.
+        let sums = [0, 1, 2].map(|k| a[k].wrapping_add(b[k]).wrapping_add(c[k]) as u32);
+        if sums.iter().all(|&sum| sum < 3 << bits) {
+            samples.push(Sample { at: sums.map(|sum| (sum / 3) as i32), face: f });
+        }
+    }
+    samples
 }
 
 /// The normal of a face, of length 2¹⁴, or zero.
@@ -148,16 +158,32 @@ fn normal(vertices: &[Point], face: [u32; 3]) -> [i32; 3] {
     unit(cross(sub(b, a), sub(c, a)))
 }
 
-/// The sample nearest to the middle of a cell of about 2 `half` steps, if there are some.
-fn nearest(samples: &[Sample], corner: Point, half: i32) -> Option<Sample> {
-    let far = |s: &Sample| (0..3).map(|k| (s.at[k] - corner[k] - half).unsigned_abs() as u64).sum::<u64>();
+impl Cell {
+    /// Its guide; `half` is what it is halved to along its axis.
+    fn guide(&self, samples: &[Sample], half: i32, normal: impl Fn(u32) -> [i32; 3]) -> Option<Guide> {
+        // The root has none.
+        let around = self.depth.checked_sub(1)?;
+        // The axis before this one may have been halved once less.
+        let half = if around % 3 == 2 { 2 * half } else { half };
+        let Some(sample) = nearest(samples, self.corner.map(|x| x + half)) else { return self.guide };
+        match self.guide {
+            Some(guide) if guide.sample.face == sample.face => Some(guide),
+            _ => Some(Guide { sample, normal: normal(sample.face) }),
+        }
+    }
+}
+
+/// Of the first samples the one nearest to `place`, if there are some.
+fn nearest(samples: &[Sample], place: Point) -> Option<Sample> {
+    // Both lie in the root, whose coordinates have 28 bits.
+    let far = |s: &Sample| (0..3).map(|k| (s.at[k] - place[k]).abs()).sum::<i32>();
     samples.iter().take(MOST_COMPARED).min_by_key(|s| far(s)).copied()
 }
 
-/// One of `classes` for a distance, in quarters of `half`.
+/// One of `classes` for a distance, in quarters of `half`, a power of two.
 fn class(distance: i64, half: i32, classes: usize) -> usize {
     let middle = classes as i64 / 2;
-    let quarters = (4 * distance).div_euclid(half as i64);
+    let quarters = (4 * distance) >> half.ilog2();
     (quarters.clamp(-middle, classes as i64 - 1 - middle) + middle) as usize
 }
 
@@ -176,18 +202,18 @@ struct Situation {
 }
 
 impl Situation {
-    fn new(cell: &Cell, half: i32, [lower, all]: [usize; 2], normal: impl Fn(u32) -> [i32; 3]) -> Self {
+    fn new(cell: &Cell, half: i32, [lower, all]: [usize; 2], guide: Option<Guide>) -> Self {
         let axis = cell.depth as usize % 3;
         let share = (lower * (SHARES - 1)).checked_div(all).unwrap_or(SHARES / 2);
         let crowd = (all.min(1 << 14) as u32 + 1).ilog2().min(CROWDS as u32 - 1) as usize;
         let scale = half.ilog2() as usize;
         let (mut offset, mut plane) = (OFFSETS / 2, 0);
-        if let Some(guide) = &cell.guide {
+        if let Some(Guide { sample, normal }) = guide {
             // Axes before this one have been halved once more.
             let to_middle = [0, 1, 2].map(|k| if k < axis { half / 2 } else { half });
-            let away = [0, 1, 2].map(|k| (guide.at[k] - cell.corner[k] - to_middle[k]) as i64);
+            let away = [0, 1, 2].map(|k| (sample.at[k] - cell.corner[k] - to_middle[k]) as i64);
             offset = class(away[axis], half, OFFSETS);
-            let normal = normal(guide.face).map(i64::from);
+            let normal = normal.map(i64::from);
             if normal[axis] != 0 {
                 let slope = (3 * normal[axis].abs() + (1 << 13)) >> 14;
                 let crossing = dot(normal, away) * normal[axis].signum() / normal[axis].abs();
@@ -198,19 +224,21 @@ impl Situation {
     }
 }
 
-/// Moves the items that `is_lower` to the front; returns how many they are.
-fn partition<T>(items: &mut [T], is_lower: impl Fn(&T) -> bool) -> usize {
-    let mut lower = 0;
-    for i in 0..items.len() {
-        if is_lower(&items[i]) {
-            items.swap(i, lower);
+/// Moves the samples below `split` on an axis to the front, exchanging each with the first one that is not;
+/// returns how many they are.
+fn partition(samples: &mut [Sample], axis: usize, split: i32) -> usize {
+    let is_lower = |s: &Sample| s.at[axis] < split;
+    let mut lower = samples.iter().take_while(|s| is_lower(s)).count();
+    for i in lower + 1..samples.len() {
+        if is_lower(&samples[i]) {
+            samples.swap(i, lower);
             lower += 1;
         }
     }
     lower
 }
 
-/// As [`partition`], keeping the order within both parts.
+/// Moves the items that `is_lower` to the front, keeping the order within both parts; returns how many they are.
 fn stable_partition(items: &mut [u32], spare: &mut Vec<u32>, is_lower: impl Fn(&u32) -> bool) -> usize {
     spare.clear();
     let mut lower = 0;
@@ -308,5 +336,62 @@ pub(super) fn turned([a, b, c]: [u32; 3]) -> [u32; 3] {
         () if a == b => [a, b, c],
         () if b == c => [b, c, a],
         () => [c, a, b],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::coding::vector::COORDINATE_LIMIT;
+    use proptest::prelude::*;
+
+    fn point(limit: i32) -> impl Strategy<Value = Point> {
+        prop::array::uniform3(-limit..=limit)
+    }
+
+    proptest! {
+        #[test]
+        fn samples_are_the_middles_of_faces_within_the_cube(
+            (vertices, bits) in (0..=MOST_BITS).prop_flat_map(|bits| {
+                (prop::collection::vec(point(((1 << bits) * 3 / 2).min(COORDINATE_LIMIT)), 30), Just(bits))
+            }),
+        ) {
+            let faces: Vec<[u32; 3]> = (0..10).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect();
+            let middle = |face: &[u32; 3]| {
+                let sum = |k: usize| face.iter().map(|&v| vertices[v as usize][k] as i64).sum::<i64>();
+                [0, 1, 2].map(|k| sum(k).div_euclid(3))
+            };
+            let within = |at: &[i64; 3]| at.iter().all(|x| (0..1 << bits).contains(x));
+            let all = (0..).zip(faces.iter().map(middle)).filter(|(_, at)| within(at));
+            let found: Vec<_> =
+                samples(&vertices, &faces, bits).iter().map(|s| (s.face, s.at.map(i64::from))).collect();
+            prop_assert_eq!(found, all.collect::<Vec<_>>());
+        }
+
+        #[test]
+        fn a_partition_exchanges_lower_samples_with_the_first_upper_ones(
+            at in prop::collection::vec(point(3), 0..40),
+            axis in 0usize..3,
+            split in -4..=4,
+        ) {
+            let list: Vec<Sample> = (0..).zip(at).map(|(face, at)| Sample { at, face }).collect();
+            let mut naive: Vec<_> = list.iter().map(|s| (s.face, s.at)).collect();
+            let mut lower = 0;
+            for i in 0..naive.len() {
+                if naive[i].1[axis] < split {
+                    naive.swap(i, lower);
+                    lower += 1;
+                }
+            }
+            let mut found = list;
+            prop_assert_eq!(partition(&mut found, axis, split), lower);
+            prop_assert_eq!(found.iter().map(|s| (s.face, s.at)).collect::<Vec<_>>(), naive);
+        }
+
+        #[test]
+        fn a_distance_is_classed_by_quarters_of_a_half(distance in any::<i32>(), bits in 0..MOST_BITS) {
+            let quarters = (4 * distance as i64).div_euclid(1 << bits);
+            prop_assert_eq!(class(distance as i64, 1 << bits, OFFSETS) as i64, quarters.clamp(-8, 8) + 8);
+        }
     }
 }

@@ -171,10 +171,16 @@ impl Draft {
     /// The real vertices and faces of a level.
     fn new(surface: &Surface, positions: &[Point]) -> Self {
         let virtuals = surface.virtuals;
-        let real = surface.vertex.chunks_exact(3).filter(|t| t.iter().all(|&v| v >= virtuals));
-        // A filter does not know how many it lets pass, and the vector would grow to twice as many.
-        let mut faces = Vec::with_capacity(surface.real_faces() as usize);
-        faces.extend(real.map(|t| [t[0] - virtuals, t[1] - virtuals, t[2] - virtuals]));
+        let all = surface.vertex.as_chunks().0;
+        let faces = if virtuals == 0 {
+            all.to_vec()
+        } else {
+            let real = all.iter().filter(|face| !surface.any_virtual(face));
+            // A filter does not know how many it lets pass, and the vector would grow to twice as many.
+            let mut faces = Vec::with_capacity(surface.real_faces() as usize);
+            faces.extend(real.map(|face| face.map(|v| v.wrapping_sub(virtuals))));
+            faces
+        };
         Draft { points: positions[virtuals as usize..].to_vec(), faces }
     }
 
