@@ -2,7 +2,7 @@
 
 use crate::coding::payload::Opening;
 use crate::coding::supplement::{self, Supplements};
-use crate::coding::{Levels, Point};
+use crate::coding::{Grouping, Levels, Point};
 use crate::container::{
     self, Approximation, Groups, Header, LevelEntry, LevelKind, Outline, Part, Reader, Supplement, UpdateRule,
 };
@@ -416,9 +416,11 @@ impl Decoder {
                 match entry.kind {
                     LevelKind::Late => self.levels.late_step(step),
                     _ => {
-                        let groups =
-                            groups.as_ref().filter(|_| GROUPS).map(|groups| groups.vertices.as_slice());
-                        self.levels.begin_step(step, rule(&entry), groups)?;
+                        let grouping = match &groups {
+                            Some(groups) if GROUPS => Grouping::Of(&groups.vertices),
+                            _ => Grouping::Whole,
+                        };
+                        self.levels.begin_step(step, rule(&entry), grouping)?;
                     }
                 }
                 check_counts(&self.levels, entry)?;

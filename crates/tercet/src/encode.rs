@@ -3,7 +3,7 @@
 mod trial;
 
 use crate::coding::supplement::{self, Original, Supplements};
-use crate::coding::{Levels, Point, payload};
+use crate::coding::{Grouping, Levels, Point, payload};
 use crate::container::{self, LevelEntry, LevelKind, MOST_STREAMS, Outline, Supplement, UpdateRule};
 use crate::decode::Info;
 use crate::entropy::Encoder;
@@ -308,8 +308,11 @@ impl Writer {
                 }
             };
             drop(positions);
-            let grouped = self.groups && kind != StepKind::Adaptive;
-            self.levels.begin_step(coded, self.rule, grouped.then_some(&[]))?;
+            let grouping = match self.groups && kind != StepKind::Adaptive {
+                true => Grouping::Open,
+                false => Grouping::Whole,
+            };
+            self.levels.begin_step(coded, self.rule, grouping)?;
             match self.levels.encode_groups(&new, container::MOST_IN_GROUP) {
                 Some(groups) => Payload::Groups(groups),
                 None => Payload::Streams(self.positions(coder, &new), reach),

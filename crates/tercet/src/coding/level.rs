@@ -91,6 +91,17 @@ enum Course {
     Groups(Box<Groups>),
 }
 
+/// How the pass over a level's new vertices is divided into groups.
+#[derive(Clone, Copy)]
+pub(crate) enum Grouping<'a> {
+    /// Not at all.
+    Whole,
+    /// As the encoder will find.
+    Open,
+    /// Into groups of so many vertices.
+    Of(&'a [u16]),
+}
+
 /// An update to be undone when all details are known.
 struct Lifted {
     coarse: Surface,
@@ -392,18 +403,23 @@ impl Levels {
         old.iter().copied().chain(step.estimates.iter().map(|&e| round(e))).collect()
     }
 
-    /// Makes the surface of a step the current one and begins the pass over its new vertices, in `groups` of so many
-    /// if there are any; when encoding, there are none yet.
+    /// Makes the surface of a step the current one and begins the pass over its new vertices, divided as `grouping`
+    /// says.
     ///
     /// # Errors
     /// If the groups do not have as many vertices as the step.
-    pub fn begin_step(&mut self, step: Step, rule: Update, groups: Option<&[u16]>) -> Result<()> {
+    pub fn begin_step(&mut self, step: Step, rule: Update, grouping: Grouping) -> Result<()> {
         let Step { kind, refined: Refined { surface, first: heirs }, estimates } = step;
-        let grouped = groups.filter(|groups| !groups.is_empty());
-        if grouped.is_some_and(|groups| groups.iter().map(|&n| n as usize).sum::<usize>() != estimates.len())
-        {
-            return Err(Error::format("level", "its groups have not as many vertices as it"));
-        }
+        let groups = match grouping {
+            Grouping::Whole => None,
+            Grouping::Open => Some(&[][..]),
+            Grouping::Of(groups) => {
+                if groups.iter().map(|&n| u64::from(n)).sum::<u64>() != estimates.len() as u64 {
+                    return Err(Error::format("level", "its groups have not as many vertices as it"));
+                }
+                Some(groups)
+            }
+        };
         let first = self.surface.vertices;
         let coarse = std::mem::replace(&mut self.surface, surface);
         self.place(first, &estimates);
@@ -429,6 +445,10 @@ impl Levels {
         self.begin(first, estimates, order, &NEAR, course);
         if let Some(open) = &mut self.open {
             open.lifted = lifted;
+        }
+        // No group is left to end the pass of a step that adds nothing.
+        if matches!(grouping, Grouping::Of([])) {
+            self.end();
         }
         Ok(())
     }

@@ -52,5 +52,5 @@ mod training;
 mod traversal;
 mod vector;
 
-pub(crate) use level::Levels;
+pub(crate) use level::{Grouping, Levels};
 pub(crate) use vector::Point;
