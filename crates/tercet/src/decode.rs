@@ -382,7 +382,9 @@ impl Decoder {
         let Some(opening) = opening else { return Ok(None) };
         let mut streams: Vec<Stream> =
             opening.streams.iter().map(|place| Stream { place: place.clone(), cursor: None }).collect();
+        let regions_at_once = self.regions_at_once(part, streams.len())?;
         let Part::Level(level) = part else {
+            self.levels.regions_at_once = regions_at_once;
             self.levels.begin_late();
             return Ok(Some(Begun { level: self.outline()?.levels.len() as u32 - 1, streams, groups }));
         };
@@ -393,15 +395,12 @@ impl Decoder {
         let outline = self.outline()?;
         let (entry, effort) = (outline.levels[level], outline.effort);
         let limits = *self.reader.limits();
-        let more = if effort.is_max() { MORE_BYTES_PER_VERTEX } else { 0 };
-        let at_once = if streams.len() > 1 { 1 + streams.len().min(parallel::threads()) } else { 0 };
-        let memory = BYTES_PER_VERTEX + at_once as u64 * (BYTES_PER_REGION + more) + more;
-        limits.check("bytes of a level", entry.vertices.into(), memory)?;
         let Some(mut coder) = streams[0].decoder(bytes) else { return Ok(None) };
         match step_kind(entry.kind) {
             None => {
                 memory::keep(outline.vertices.into());
                 self.levels = Levels::new(effort, outline.streams);
+                self.levels.regions_at_once = regions_at_once;
                 self.levels.base(&mut coder, None, &limits)?;
                 // Its positions take time and memory: not for another surface than announced.
                 check_counts(&self.levels, entry)?;
@@ -410,6 +409,7 @@ impl Decoder {
             Some(kind) => {
                 let coarse = &self.levels.surface;
                 self.kept = coarse.vertices - coarse.virtuals;
+                self.levels.regions_at_once = regions_at_once;
                 let vertices = entry.vertices as u64;
                 let step = self.levels.connectivity(&mut coder, kind, Vec::new(), Vec::new(), vertices)?;
                 self.predicted = self.keeps_predictions.then(|| self.levels.without_details(&step));
@@ -429,6 +429,29 @@ impl Decoder {
         opening.check(coder.reach())?;
         streams[0].cursor = Some(coder.cursor());
         Ok(Some(Begun { level: level as u32, streams, groups }))
+    }
+
+    /// How many regions of a section, of so many streams, may be decoded at once.
+    ///
+    /// # Errors
+    /// If there is too little memory to decode one after the other, whatever the number of threads.
+    fn regions_at_once(&self, part: Part, streams: usize) -> Result<usize> {
+        let outline = self.outline()?;
+        let level = match part {
+            Part::Level(level) => outline.levels.get(level),
+            Part::Supplement(_) => outline.levels.last(),
+        };
+        let vertices = level.map_or(0, |level| u64::from(level.vertices));
+        let more = if outline.effort.is_max() { MORE_BYTES_PER_VERTEX } else { 0 };
+        let (whole, region) = (BYTES_PER_VERTEX + more, BYTES_PER_REGION + more);
+        if streams < 2 {
+            self.limits.check("bytes of a level", vertices, whole)?;
+            return Ok(1);
+        }
+        let shared = whole + region;
+        self.limits.check("bytes of a level", vertices, shared + region)?;
+        let fitting = (self.limits.max_memory / vertices.max(1) - shared) / region;
+        Ok(parallel::threads().min(usize::try_from(fitting).unwrap_or(usize::MAX)))
     }
 
     /// Whether a section is a level in groups.

@@ -18,6 +18,7 @@ use super::tabled::{TableModels, Walk};
 use super::vector::{COORDINATE_LIMIT, Point, Vector};
 use crate::entropy::Coder;
 use crate::mesh::{NONE, Surface};
+use crate::parallel;
 use crate::subdivide::{
     FRACTION_BITS, Refined, StepKind, Update, applies, predict_regular, refine, refine_regular, round,
     unlift_positions,
@@ -35,6 +36,8 @@ pub(crate) struct Levels {
     effort: Effort,
     /// Streams of the positions of a large pass, one a region.
     streams: u32,
+    /// So many regions at most of a pass that is to begin are coded at once. The bytes do not depend on it.
+    pub regions_at_once: usize,
     /// The finest surface so far.
     pub surface: Surface,
     /// What is known of its vertices.
@@ -133,6 +136,7 @@ impl Levels {
             tables: None,
             effort,
             streams,
+            regions_at_once: parallel::threads(),
             surface: Surface::default(),
             field: Field::default(),
             late: None,
@@ -219,7 +223,7 @@ impl Levels {
             let models = self.position.first().cloned();
             self.position.push(models.unwrap_or_else(|| Positions::new(self.effort)));
         }
-        Course::Mixed(Box::new(Regions::new(count)))
+        Course::Mixed(Box::new(Regions::new(count, self.regions_at_once)))
     }
 
     /// Begins a pass over the positions of the vertices from `first` on, which are placed by these estimates.
