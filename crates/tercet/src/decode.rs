@@ -262,9 +262,9 @@ impl Decoder {
     /// have arrived in part, that part.
     fn advance(&mut self) -> Result<Option<Reached>> {
         loop {
-            self.reader.check()?;
+            // Before a fault that is known already: what stands before it does not depend on portions.
             if !self.section().map_err(|error| self.refuse(error))? {
-                return Ok(None);
+                return self.reader.check().map(|()| None);
             }
             self.begun = None;
             let Some((part, payload)) = self.reader.take() else { return Ok(None) };
@@ -305,8 +305,8 @@ impl Decoder {
             .count()
     }
 
-    /// After an [`Error::Checksum`]: forgets the damaged bytes, some kilobytes of a section at most, so that
-    /// they may be pushed anew, and returns how many bytes of the file stand before them. What was
+    /// After an [`Error::Checksum`]: forgets the damaged bytes, some kilobytes of a section at most but all of a level in
+    /// groups, so that they may be pushed anew, and returns how many bytes of the file stand before them. What was
     /// decoded stays. `None` after any other fault, and without one.
     pub fn discard_damaged(&mut self) -> Option<u64> {
         self.reader.discard_damaged()
