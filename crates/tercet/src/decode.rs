@@ -189,6 +189,9 @@ const BYTES_PER_REGION: u64 = 40;
 /// A file with sections that complete its finest level yields that level twice: as the surface
 /// that was coded, and once the sections have arrived as the original. If its positions come late,
 /// it is also yielded in between, when they have arrived.
+///
+/// With glibc, a block of up to 32 MB (a quarter of the limit at most) is reserved and freed untouched before the
+/// base: the allocator then keeps blocks up to that size for the process instead of giving them back to the system.
 pub struct Decoder {
     limits: Limits,
     reader: Reader,
@@ -398,7 +401,7 @@ impl Decoder {
         let Some(mut coder) = streams[0].decoder(bytes) else { return Ok(None) };
         match step_kind(entry.kind) {
             None => {
-                memory::keep(outline.vertices.into());
+                memory::keep(outline.vertices.into(), limits.max_memory);
                 self.levels = Levels::new(effort, outline.streams);
                 self.levels.regions_at_once = regions_at_once;
                 self.levels.base(&mut coder, None, &limits)?;
