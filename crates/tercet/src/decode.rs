@@ -287,7 +287,7 @@ impl Decoder {
     }
 
     /// Takes bytes of the file from `place` on that came before those in front of them, to be looked at in a
-    /// [`preview`](Decoder::preview). Of use are whole groups of the level that is arriving, if its groups have begun;
+    /// [`preview`](Decoder::preview). A checksum vouches for each group, which stops no forger. Of use are whole groups of the level that is arriving, if its groups have begun;
     /// how many there were. Nothing is kept but what the preview shows: what is decoded for good is decoded from the
     /// bytes that are pushed, in their order, these among them. Time linear in the groups.
     pub fn glimpse(&mut self, place: u64, bytes: &[u8]) -> usize {

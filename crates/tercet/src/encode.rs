@@ -28,8 +28,8 @@ pub struct EncodeOptions {
     pub scheme: LevelScheme,
     /// What the levels are worth against the size of the file.
     pub progressive: Progressive,
-    /// Whether √3 and butterfly levels that are longer than a packet are coded in groups, about a packet each, which
-    /// can be shown in any order: over links that lose packets. Files grow by a percent or two.
+    /// Whether √3 and butterfly levels of four packets or more are coded in groups, about a packet each, which can be
+    /// shown in any order: over links that lose packets. Files grow by some 1 %, on fine lattices by up to 4 %.
     #[cfg(feature = "groups")]
     pub groups: bool,
 }
