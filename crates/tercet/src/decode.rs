@@ -16,6 +16,7 @@ use std::ops::Range;
 
 /// What a file says of itself.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Info {
     /// Version of the file format.
     pub version: u8,
@@ -41,6 +42,7 @@ pub struct Info {
 
 /// One level of a file.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct LevelInfo {
     /// 0 is the base.
     pub level: u32,
@@ -120,6 +122,7 @@ fn rule(entry: &LevelEntry) -> Update {
 
 /// A mesh as far as it has arrived.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Level {
     /// 0 is the base.
     pub level: u32,
