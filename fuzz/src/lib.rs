@@ -9,16 +9,51 @@ mod receive;
 pub use receive::receive;
 
 use tercet::io::Format;
-use tercet::{Effort, EncodeOptions, LevelScheme, Limits, Mesh, Progressive, Update};
+use tercet::{Decoder, Effort, EncodeOptions, LevelScheme, Limits, Mesh, Progressive, Result, Update};
 
 /// Little memory, so that an allocation out of proportion to the input is an error and not a slow run.
 const LIMITS: Limits = Limits { max_memory: 256 << 20 };
 
-/// Any bytes decode to a mesh or a typed error.
+/// Any bytes decode to a mesh or a typed error, the same in any portions, whatever is looked at meanwhile.
 pub fn decode(bytes: &[u8]) {
-    if let Ok(decoded) = tercet::decode(bytes, &LIMITS) {
+    let whole = tercet::decode(bytes, &LIMITS).ok();
+    if let Some(decoded) = &whole {
         decoded.check().expect("the decoder hands out checked meshes");
     }
+    let mut decoder = Decoder::new(LIMITS);
+    let found = in_portions(&mut decoder, bytes).ok();
+    assert!(found == whole, "the mesh depends on the portions");
+    if let Some(start) = decoder.discard_damaged() {
+        decoder.push(&bytes[start as usize..]);
+        rest(&mut decoder, None).expect_err("the damage came again");
+    }
+}
+
+/// Decodes bytes in portions that they choose themselves, with looks ahead and previews.
+fn in_portions(decoder: &mut Decoder, bytes: &[u8]) -> Result<Mesh> {
+    let (mut at, mut last) = (0, None);
+    while let Some(&choice) = bytes.get(at) {
+        let end = bytes.len().min(at + 1 + 8 * usize::from(choice));
+        if choice & 1 != 0 {
+            decoder.glimpse(end as u64, &bytes[end..]);
+        }
+        decoder.push(&bytes[at..end]);
+        last = rest(decoder, last)?;
+        if let Some(preview) = decoder.preview() {
+            assert!(preview.pending as usize <= preview.mesh.positions.len());
+        }
+        at = end;
+    }
+    decoder.finish()?;
+    Ok(last.unwrap_or_default())
+}
+
+/// The last level that can be had by now; `last` without one.
+fn rest(decoder: &mut Decoder, mut last: Option<Mesh>) -> Result<Option<Mesh>> {
+    while let Some(level) = decoder.next_level()? {
+        last = Some(level.mesh);
+    }
+    Ok(last)
 }
 
 /// Any bytes read as OBJ give a mesh or a typed error.
@@ -68,8 +103,8 @@ pub fn round_trip(bytes: &[u8]) {
 }
 
 /// `precision`: 0 is exact, 1.. a lattice of 4..=24 bits. `rest`: the highest bit keeps the order, the two
-/// below it are the scheme, the next one the fast profile, the
-/// one below that the smallest file.
+/// below it are the scheme, the next one the fast profile, the one below that the smallest file, then groups, then the
+/// slowest profile unless it is the fast one.
 fn options(precision: u8, rest: u8) -> EncodeOptions {
     let update = [Update::None, Update::Third, Update::Paper];
     let scheme = [LevelScheme::Auto, LevelScheme::Sqrt3, LevelScheme::Butterfly, LevelScheme::Adaptive];
@@ -78,9 +113,13 @@ fn options(precision: u8, rest: u8) -> EncodeOptions {
         keep_order: rest & 0x80 != 0,
         update: update[usize::from(rest % 3)],
         scheme: scheme[usize::from(rest >> 5 & 3)],
-        effort: if rest & 0x10 != 0 { Effort::Fast } else { Effort::Default },
+        effort: match (rest & 0x10 != 0, rest & 2 != 0) {
+            (true, _) => Effort::Fast,
+            (false, true) => Effort::Max,
+            (false, false) => Effort::Default,
+        },
         progressive: if rest & 8 != 0 { Progressive::Smallest } else { Progressive::Best },
-        groups: rest & 8 != 0,
+        groups: rest & 4 != 0,
     }
 }
 

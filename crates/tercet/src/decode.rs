@@ -2,7 +2,7 @@
 
 use crate::coding::payload::Opening;
 use crate::coding::supplement::{self, Supplements};
-use crate::coding::{Levels, Point};
+use crate::coding::{Grouping, Levels, Point};
 use crate::container::{
     self, Approximation, Groups, Header, LevelEntry, LevelKind, Outline, Part, Reader, Supplement, UpdateRule,
 };
@@ -16,6 +16,7 @@ use std::ops::Range;
 
 /// What a file says of itself.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Info {
     /// Version of the file format.
     pub version: u8,
@@ -41,6 +42,7 @@ pub struct Info {
 
 /// One level of a file.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct LevelInfo {
     /// 0 is the base.
     pub level: u32,
@@ -120,6 +122,7 @@ fn rule(entry: &LevelEntry) -> Update {
 
 /// A mesh as far as it has arrived.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Level {
     /// 0 is the base.
     pub level: u32,
@@ -182,13 +185,16 @@ const BYTES_PER_VERTEX: u64 = 250;
 const MORE_BYTES_PER_VERTEX: u64 = 108;
 
 /// What a region of positions takes of each vertex while it is at work, and what several take together.
-const BYTES_PER_REGION: u64 = 40;
+const BYTES_PER_REGION: u64 = 52;
 
 /// A progressive decoder: bytes in, levels out.
 ///
 /// A file with sections that complete its finest level yields that level twice: as the surface
 /// that was coded, and once the sections have arrived as the original. If its positions come late,
 /// it is also yielded in between, when they have arrived.
+///
+/// With glibc, a block of up to 32 MB (a quarter of the limit at most) is reserved and freed untouched before the
+/// base: the allocator then keeps blocks up to that size for the process instead of giving them back to the system.
 pub struct Decoder {
     limits: Limits,
     reader: Reader,
@@ -262,9 +268,9 @@ impl Decoder {
     /// have arrived in part, that part.
     fn advance(&mut self) -> Result<Option<Reached>> {
         loop {
-            self.reader.check()?;
+            // Before a fault that is known already: what stands before it does not depend on portions.
             if !self.section().map_err(|error| self.refuse(error))? {
-                return Ok(None);
+                return self.reader.check().map(|()| None);
             }
             self.begun = None;
             let Some((part, payload)) = self.reader.take() else { return Ok(None) };
@@ -284,7 +290,7 @@ impl Decoder {
     }
 
     /// Takes bytes of the file from `place` on that came before those in front of them, to be looked at in a
-    /// [`preview`](Decoder::preview). Of use are whole groups of the level that is arriving, if its groups have begun;
+    /// [`preview`](Decoder::preview). A checksum vouches for each group, which stops no forger. Of use are whole groups of the level that is arriving, if its groups have begun;
     /// how many there were. Nothing is kept but what the preview shows: what is decoded for good is decoded from the
     /// bytes that are pushed, in their order, these among them. Time linear in the groups.
     pub fn glimpse(&mut self, place: u64, bytes: &[u8]) -> usize {
@@ -305,8 +311,8 @@ impl Decoder {
             .count()
     }
 
-    /// After an [`Error::Checksum`]: forgets the damaged bytes, some kilobytes of a section at most, so that
-    /// they may be pushed anew, and returns how many bytes of the file stand before them. What was
+    /// After an [`Error::Checksum`]: forgets the damaged bytes, some kilobytes of a section at most but all of a level in
+    /// groups, so that they may be pushed anew, and returns how many bytes of the file stand before them. What was
     /// decoded stays. `None` after any other fault, and without one.
     pub fn discard_damaged(&mut self) -> Option<u64> {
         self.reader.discard_damaged()
@@ -382,7 +388,9 @@ impl Decoder {
         let Some(opening) = opening else { return Ok(None) };
         let mut streams: Vec<Stream> =
             opening.streams.iter().map(|place| Stream { place: place.clone(), cursor: None }).collect();
+        let regions_at_once = self.regions_at_once(part, streams.len())?;
         let Part::Level(level) = part else {
+            self.levels.regions_at_once = regions_at_once;
             self.levels.begin_late();
             return Ok(Some(Begun { level: self.outline()?.levels.len() as u32 - 1, streams, groups }));
         };
@@ -393,15 +401,12 @@ impl Decoder {
         let outline = self.outline()?;
         let (entry, effort) = (outline.levels[level], outline.effort);
         let limits = *self.reader.limits();
-        let more = if effort.is_max() { MORE_BYTES_PER_VERTEX } else { 0 };
-        let at_once = if streams.len() > 1 { 1 + streams.len().min(parallel::threads()) } else { 0 };
-        let memory = BYTES_PER_VERTEX + at_once as u64 * (BYTES_PER_REGION + more) + more;
-        limits.check("bytes of a level", entry.vertices.into(), memory)?;
         let Some(mut coder) = streams[0].decoder(bytes) else { return Ok(None) };
         match step_kind(entry.kind) {
             None => {
-                memory::keep(outline.vertices.into());
+                memory::keep(outline.vertices.into(), limits.max_memory);
                 self.levels = Levels::new(effort, outline.streams);
+                self.levels.regions_at_once = regions_at_once;
                 self.levels.base(&mut coder, None, &limits)?;
                 // Its positions take time and memory: not for another surface than announced.
                 check_counts(&self.levels, entry)?;
@@ -410,15 +415,18 @@ impl Decoder {
             Some(kind) => {
                 let coarse = &self.levels.surface;
                 self.kept = coarse.vertices - coarse.virtuals;
+                self.levels.regions_at_once = regions_at_once;
                 let vertices = entry.vertices as u64;
                 let step = self.levels.connectivity(&mut coder, kind, Vec::new(), Vec::new(), vertices)?;
                 self.predicted = self.keeps_predictions.then(|| self.levels.without_details(&step));
                 match entry.kind {
                     LevelKind::Late => self.levels.late_step(step),
                     _ => {
-                        let groups =
-                            groups.as_ref().filter(|_| GROUPS).map(|groups| groups.vertices.as_slice());
-                        self.levels.begin_step(step, rule(&entry), groups)?;
+                        let grouping = match &groups {
+                            Some(groups) if GROUPS => Grouping::Of(&groups.vertices),
+                            _ => Grouping::Whole,
+                        };
+                        self.levels.begin_step(step, rule(&entry), grouping)?;
                     }
                 }
                 check_counts(&self.levels, entry)?;
@@ -427,6 +435,29 @@ impl Decoder {
         opening.check(coder.reach())?;
         streams[0].cursor = Some(coder.cursor());
         Ok(Some(Begun { level: level as u32, streams, groups }))
+    }
+
+    /// How many regions of a section, of so many streams, may be decoded at once.
+    ///
+    /// # Errors
+    /// If there is too little memory to decode one after the other, whatever the number of threads.
+    fn regions_at_once(&self, part: Part, streams: usize) -> Result<usize> {
+        let outline = self.outline()?;
+        let level = match part {
+            Part::Level(level) => outline.levels.get(level),
+            Part::Supplement(_) => outline.levels.last(),
+        };
+        let vertices = level.map_or(0, |level| u64::from(level.vertices));
+        let more = if outline.effort.is_max() { MORE_BYTES_PER_VERTEX } else { 0 };
+        let (whole, region) = (BYTES_PER_VERTEX + more, BYTES_PER_REGION + more);
+        if streams < 2 {
+            self.limits.check("bytes of a level", vertices, whole)?;
+            return Ok(1);
+        }
+        let shared = whole + region;
+        self.limits.check("bytes of a level", vertices, shared + region)?;
+        let fitting = (self.limits.max_memory / vertices.max(1) - shared) / region;
+        Ok(parallel::threads().min(usize::try_from(fitting).unwrap_or(usize::MAX)))
     }
 
     /// Whether a section is a level in groups.

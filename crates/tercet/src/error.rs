@@ -65,7 +65,7 @@ pub enum Error {
         /// Bytes needed.
         need: u64,
     },
-    /// A valid file of a version or with a feature that this build does not know.
+    /// A valid file of a version or with a feature that this build does not know, or an option that asks for one.
     #[error("{0}")]
     Unsupported(String),
     /// The input asks for more than [`Limits`](crate::Limits) allow.

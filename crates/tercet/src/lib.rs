@@ -18,6 +18,16 @@
 //!
 //! Any mesh can be encoded and any bytes decoded: what cannot be done is an [`Error`], and nothing
 //! panics or asks for more memory than the [`Limits`] allow. Time and memory are linear in the mesh.
+//!
+//! | feature | adds | by default |
+//! |---|---|---|
+//! | `groups` | levels in groups, for links that lose packets: [`EncodeOptions::groups`], [`Decoder::glimpse`] | yes |
+//! | `max` | files of the slowest effort: [`Effort::Max`] | yes |
+//! | `rayon` | large meshes on several threads, those of rayon's pool; the same bytes | no |
+//! | `remesh` | the modules `remesh`, resampling to subdivision connectivity, and `approximate`, lossy files | no |
+//! | `transport` | the module `transport`, files over datagrams | no |
+//!
+//! Without `groups` or `max`, files that need it are refused as [`Error::Unsupported`].
 
 #[cfg(feature = "remesh")]
 pub mod approximate;

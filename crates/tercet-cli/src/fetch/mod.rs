@@ -105,9 +105,10 @@ impl Progress {
         bytes
     }
 
-    /// Looks at bytes that came before their turn, if they are wanted.
+    /// Looks at bytes that came before their turn, if they are wanted and there are levels that can make use of them.
     fn glimpse(&self, from: u64, bytes: Bytes, wanted: &Wanted) {
-        if self.end(wanted).is_some_and(|end| from.saturating_add(bytes.len() as u64) <= end) {
+        let grouped = self.info.as_ref().is_some_and(|info| info.levels.iter().any(|level| level.grouped));
+        if grouped && self.end(wanted).is_some_and(|end| from.saturating_add(bytes.len() as u64) <= end) {
             self.decoding.glimpse(from, bytes);
         }
     }
@@ -232,25 +233,28 @@ impl Transfer {
         }
         self.part.set_tag(opened.tag)?;
         while let Some(arrived) = opened.bytes.next().await {
-            let bytes = match arrived? {
-                Arrived::Next(bytes) => progress.take(bytes, self.part.bytes(), &self.wanted).await,
-                Arrived::Ahead(from, bytes) => {
-                    progress.glimpse(from, bytes, &self.wanted);
-                    continue;
-                }
-            };
-            self.part.append(&bytes)?;
-            if self.part.bytes() > self.furthest {
-                self.furthest = self.part.bytes();
-                self.retries.reset();
+            match arrived? {
+                Arrived::Next(bytes) => self.keep(bytes, progress).await?,
+                Arrived::Ahead(from, bytes) => progress.glimpse(from, bytes, &self.wanted),
             }
             let end = progress.end(&self.wanted);
-            self.announcer.progress(self.part.bytes(), end.unwrap_or_default());
             if end.is_some_and(|end| self.part.bytes() >= end) || progress.decoding.has_ended() {
                 break;
             }
         }
         Ok(self.part.bytes())
+    }
+
+    /// Takes the file's next bytes, as far as they are wanted.
+    async fn keep(&mut self, bytes: Bytes, progress: &mut Progress) -> Result<(), Fault> {
+        let bytes = progress.take(bytes, self.part.bytes(), &self.wanted).await;
+        self.part.append(&bytes)?;
+        if self.part.bytes() > self.furthest {
+            self.furthest = self.part.bytes();
+            self.retries.reset();
+        }
+        self.announcer.progress(self.part.bytes(), progress.end(&self.wanted).unwrap_or_default());
+        Ok(())
     }
 }
 

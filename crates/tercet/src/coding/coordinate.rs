@@ -327,15 +327,16 @@ impl CoordinateModels {
 #[cfg(all(test, feature = "max"))]
 impl Drop for CoordinateModels {
     fn drop(&mut self) {
-        use super::training::note;
+        use super::training::{Table, note};
         for (set, (weights, uses)) in self.mixer.weights().enumerate() {
-            note(1, row(set % NODES), &weights[0], uses);
+            note(Table::Mixed, row(set % NODES), &weights[0], uses);
         }
         for (list, counters) in self.by_split.iter().enumerate() {
             for (split, row_of) in counters.iter().enumerate() {
                 for (node, counter) in row_of.iter().enumerate() {
                     let (p, seen) = counter.state();
-                    note(2 + list, row(node) * 16 + split % 16, &[(p >> 8) as i16], seen - 2);
+                    let row = row(node) * 16 + split % 16;
+                    note(Table::Repeated(list), row, &[(p >> 8) as i16], seen);
                 }
             }
         }

@@ -2,8 +2,8 @@
 //!
 //! Their details are nearly noise along the normal. So none of what the [tables](super::tabled) of other levels
 //! are chosen by pays here: a coordinate that repeats one nearby does so by chance, vertices are equally far
-//! apart, and how far coding is off changes slowly from vertex to vertex, as their numbers follow the
-//! surface. What is left is the estimate, corrected along the normal by the errors of the wings that are known;
+//! apart, and how far coding is off changes slowly from vertex to vertex, as one is mostly near the one coded
+//! before. What is left is the estimate, corrected along the normal by the errors of the wings that are known;
 //! mean magnitudes that forget, chosen by how large those errors are; and where between two lattice points the
 //! expectation lies.
 

@@ -408,8 +408,9 @@ fn initial_weights(node: usize) -> [[i16; 8]; VECTORS] {
 #[cfg(test)]
 impl Drop for EnsembleModels {
     fn drop(&mut self) {
+        use super::training::{Table, note};
         self.residual.each_weight(|node, weights, uses| {
-            super::training::note(0, row(node), weights.as_flattened(), uses);
+            note(Table::Initial, row(node), weights.as_flattened(), uses);
         });
     }
 }

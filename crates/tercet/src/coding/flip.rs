@@ -310,7 +310,8 @@ fn angle(sum: i32) -> usize {
 impl Drop for FlipModels {
     fn drop(&mut self) {
         if let FlipModels::Mixed(bits) = self {
-            bits.note(9);
+            use super::training::Table;
+            bits.note(Table::Flip, Table::FlipWeights);
         }
     }
 }

@@ -51,7 +51,9 @@ impl Groups {
     pub fn new(first: u32, sites: Vec<Site>, vertices: &[u16], models: TableModels) -> Self {
         let mut growth = Growth::new(first, sites);
         let mut grow = |&count: &u16| {
-            (0..count).all(|_| growth.grow());
+            for _ in 0..count {
+                growth.grow();
+            }
             let end = growth.order.len();
             growth.close(end);
             end

@@ -26,8 +26,9 @@ pub(super) struct Growth {
     seeds: VecDeque<u32>,
     /// How many of the seeds the group that grows has gone through.
     tried: usize,
-    /// The next vertex to try when there are no seeds; and when the group began.
+    /// The next vertex to try when there are no seeds.
     next: u32,
+    /// The one when the group began.
     next_before: u32,
 }
 

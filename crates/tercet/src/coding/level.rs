@@ -19,6 +19,7 @@ use super::tabled::{TableModels, Walk};
 use super::vector::{COORDINATE_LIMIT, Point, Vector};
 use crate::entropy::Coder;
 use crate::mesh::{NONE, Surface};
+use crate::parallel;
 use crate::subdivide::{
     FRACTION_BITS, Refined, StepKind, Update, applies, predict_regular, refine, refine_regular, round,
     unlift_positions,
@@ -38,6 +39,8 @@ pub(crate) struct Levels {
     streams: u32,
     /// The plane by which the mesh is its own mirror image, if it is.
     symmetry: Option<Symmetry>,
+    /// So many regions at most of a pass that is to begin are coded at once. The bytes do not depend on it.
+    pub regions_at_once: usize,
     /// The finest surface so far.
     pub surface: Surface,
     /// What is known of its vertices.
@@ -96,6 +99,17 @@ enum Course {
     Groups(Box<Groups>),
 }
 
+/// How the pass over a level's new vertices is divided into groups.
+#[derive(Clone, Copy)]
+pub(crate) enum Grouping<'a> {
+    /// Not at all.
+    Whole,
+    /// As the encoder will find.
+    Open,
+    /// Into groups of so many vertices.
+    Of(&'a [u16]),
+}
+
 /// An update to be undone when all details are known.
 struct Lifted {
     coarse: Surface,
@@ -127,6 +141,7 @@ impl Levels {
             effort,
             streams,
             symmetry: None,
+            regions_at_once: parallel::threads(),
             surface: Surface::default(),
             field: Field::default(),
             late: None,
@@ -215,7 +230,7 @@ impl Levels {
             let models = self.position.first().cloned();
             self.position.push(models.unwrap_or_else(|| Positions::new(self.effort)));
         }
-        Course::Mixed(Box::new(Regions::new(count)))
+        Course::Mixed(Box::new(Regions::new(count, self.regions_at_once)))
     }
 
     /// Begins a pass over the positions of the vertices from `first` on, which are placed by these estimates.
@@ -414,18 +429,23 @@ impl Levels {
         old.iter().copied().chain(step.estimates.iter().map(|&e| round(e))).collect()
     }
 
-    /// Makes the surface of a step the current one and begins the pass over its new vertices, in `groups` of so many
-    /// if there are any; when encoding, there are none yet.
+    /// Makes the surface of a step the current one and begins the pass over its new vertices, divided as `grouping`
+    /// says.
     ///
     /// # Errors
     /// If the groups do not have as many vertices as the step.
-    pub fn begin_step(&mut self, step: Step, rule: Update, groups: Option<&[u16]>) -> Result<()> {
+    pub fn begin_step(&mut self, step: Step, rule: Update, grouping: Grouping) -> Result<()> {
         let Step { kind, refined: Refined { surface, first: heirs }, estimates } = step;
-        let grouped = groups.filter(|groups| !groups.is_empty());
-        if grouped.is_some_and(|groups| groups.iter().map(|&n| n as usize).sum::<usize>() != estimates.len())
-        {
-            return Err(Error::format("level", "its groups have not as many vertices as it"));
-        }
+        let groups = match grouping {
+            Grouping::Whole => None,
+            Grouping::Open => Some(&[][..]),
+            Grouping::Of(groups) => {
+                if groups.iter().map(|&n| u64::from(n)).sum::<u64>() != estimates.len() as u64 {
+                    return Err(Error::format("level", "its groups have not as many vertices as it"));
+                }
+                Some(groups)
+            }
+        };
         let first = self.surface.vertices;
         let coarse = std::mem::replace(&mut self.surface, surface);
         self.place(first, &estimates);
@@ -451,6 +471,10 @@ impl Levels {
         self.begin(first, estimates, order, &NEAR, course);
         if let Some(open) = &mut self.open {
             open.lifted = lifted;
+        }
+        // No group is left to end the pass of a step that adds nothing.
+        if matches!(grouping, Grouping::Of([])) {
+            self.end();
         }
         Ok(())
     }

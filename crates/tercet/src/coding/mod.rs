@@ -54,6 +54,6 @@ mod traversal;
 mod twin;
 mod vector;
 
-pub(crate) use level::Levels;
+pub(crate) use level::{Grouping, Levels};
 pub(crate) use symmetry::Symmetry;
 pub(crate) use vector::Point;

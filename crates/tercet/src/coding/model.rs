@@ -1,6 +1,8 @@
 //! A binary decision under several contexts.
 
 use super::priors;
+#[cfg(all(test, feature = "max"))]
+use super::training::{Table, note};
 use crate::entropy::{Coder, Counter, Mixer, Opinions, error, squash};
 
 /// Memory of the counters: after this many outcomes the oldest begin to fade.
@@ -39,18 +41,18 @@ impl<const N: usize> BitModel<N> {
         model
     }
 
-    /// Notes what it has learnt as tables from `table` on.
+    /// Notes what it has learnt: counters as the table of their context, and the weights of those.
     #[cfg(all(test, feature = "max"))]
-    pub fn note(&self, table: usize) {
+    pub fn note(&self, table_of: impl Fn(usize) -> Table, weights_table: Table) {
         for (i, start) in self.start.into_iter().enumerate() {
             let end = self.start.get(i + 1).copied().unwrap_or(self.counters.len());
             for (value, counter) in self.counters[start..end].iter().enumerate() {
                 let (p, seen) = counter.state();
-                super::training::note(table + i, value, &[(p >> 1) as i16], (seen - 2).max(0));
+                note(table_of(i), value, &[(p >> 1) as i16], seen);
             }
         }
         for (weights, uses) in self.mixer.weights() {
-            super::training::note(table + N, 0, &weights[0], uses);
+            note(weights_table, 0, &weights[0], uses);
         }
     }
 

@@ -22,9 +22,12 @@ impl Roughness {
     /// Of vertices about which nothing is known.
     pub const START: Roughness = Roughness { tangential: 8 << 8, normal: 4 << 8 };
 
+    /// Either part is at most this, so that [`blend`](Roughness::blend) stays within 32 bits.
+    const MOST: u32 = u32::MAX / 16;
+
     /// Of a vertex whose coordinates, in the order of coding, were `off` by so much.
     pub fn of(off: [u64; 3], order: AxisOrder) -> Self {
-        let [first, second, third] = off.map(|off| off.min(u32::MAX as u64 / 16) as u32);
+        let [first, second, third] = off.map(|off| off.min(Self::MOST.into()) as u32);
         match order {
             AxisOrder::NormalLast => Roughness { tangential: (first + second) / 2, normal: third },
             AxisOrder::NormalFirst => Roughness { tangential: (second + third) / 2, normal: first },
@@ -52,18 +55,20 @@ impl Roughness {
     }
 
     /// Adds what another account of the same vertex has changed. Sums of several do not depend on their
-    /// order, and may be below zero until they are [`settle`](Roughness::settle)d.
+    /// order, and are modulo 2^32 and not in range until they are [`settle`](Roughness::settle)d.
     pub fn add_change(&mut self, before: Roughness, after: Roughness) {
         self.tangential = self.tangential.wrapping_add(after.tangential).wrapping_sub(before.tangential);
         self.normal = self.normal.wrapping_add(after.normal).wrapping_sub(before.normal);
     }
 
-    /// After the last change: zero in place of what is below.
+    /// After the last change: signed sums into the range, which those of hostile files leave at both ends.
     pub fn settle(&mut self) {
-        self.tangential = (self.tangential as i32).max(0) as u32;
-        self.normal = (self.normal as i32).max(0) as u32;
+        for part in [&mut self.tangential, &mut self.normal] {
+            *part = (*part as i32).clamp(0, Self::MOST as i32) as u32;
+        }
     }
 
+    /// Tends to what a neighbour was off by.
     pub fn blend(&mut self, other: Roughness) {
         self.tangential = (self.tangential * 7 + other.tangential) / 8;
         self.normal = (self.normal * 7 + other.normal) / 8;
@@ -184,4 +189,27 @@ pub(super) fn plain<C: Coder>(coder: &mut C, pass: &Pass, target: Point) -> Poin
         let offset = coder.raw_wide(target[k].wrapping_sub(pass.origin[k]) as u32, pass.bits);
         pass.origin[k].wrapping_add(offset as i32).clamp(-COORDINATE_LIMIT, COORDINATE_LIMIT)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn both(part: u32) -> Roughness {
+        Roughness { tangential: part, normal: part }
+    }
+
+    #[test]
+    fn sums_of_changes_settle_where_they_may_be_blended() {
+        let most = Roughness::of([u64::MAX; 3], AxisOrder::NormalLast);
+        for (before, after, changes) in
+            [(both(0), most, 7), (most, both(0), 7), (both(0), most, 16), (most, most, 16)]
+        {
+            let mut sum = before;
+            (0..changes).for_each(|_| sum.add_change(before, after));
+            sum.settle();
+            sum.blend(most);
+            assert!(sum.tangential <= most.tangential && sum.normal <= most.normal, "{sum:?}");
+        }
+    }
 }

@@ -111,7 +111,7 @@ fn logits(digits: &[&[i16]]) -> Vec<i32> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::opinions::{MIXED, REPEATED};
+    use super::super::opinions::{MIXED, REPEATED, ROWS};
     use super::*;
 
     #[test]
@@ -128,26 +128,63 @@ mod tests {
         );
     }
 
+    /// The cells of the rows of a section's tables, without those that begin with a word.
+    fn rows(document: &str, section: &str) -> Vec<Vec<String>> {
+        let text = document.split("\n### ").find(|text| text.starts_with(section)).unwrap();
+        let lines = text.lines().filter(|line| line.starts_with("| ") && line.as_bytes()[2].is_ascii_digit());
+        let cells = |line: &str| line.trim_matches('|').split('|').map(|cell| cell.trim().into()).collect();
+        lines.map(cells).collect()
+    }
+
+    fn listed<T: ToString>(numbers: &[T]) -> String {
+        numbers.iter().map(T::to_string).collect::<Vec<_>>().join(", ")
+    }
+
+    /// What the tables call the [rows](super::super::opinions::row) of nodes.
+    const NODES: [&str; ROWS] = ["0", "1", "2, 3", "4 … 7", "8 … 12", "13 … 15"];
+
     #[test]
     fn the_format_document_prints_what_is_compiled_in() {
         let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../spec/format.md");
         let document = std::fs::read_to_string(path).unwrap().replace('−', "-");
-        let prints = |row: &[i32]| {
-            let numbers: Vec<String> = row.iter().map(i32::to_string).collect();
-            let row = numbers.join(", ");
-            assert!(
-                document.contains(&format!("| {row} |")) || document.contains(&format!("are {row} at")),
-                "{row}"
-            );
-        };
-        let digits = SPLIT.into_iter().chain(FLIP).flatten();
-        digits.for_each(|digit| prints(&digit.iter().map(|&l| l as i32).collect::<Vec<_>>()));
-        for weights in [SPLIT_WEIGHTS, FLIP_WEIGHTS] {
-            prints(&weights.map(i32::from));
+
+        let expected = [SPLIT, FLIP].into_iter().flat_map(|contexts| {
+            let of = |(context, digits): (usize, &'static [&'static [i16]])| {
+                digits.iter().map(move |digit| [(context + 1).to_string(), listed(digit)])
+            };
+            contexts.into_iter().enumerate().flat_map(of)
+        });
+        let printed = rows(&document, "6.8 ").into_iter().map(|row| [row[0].clone(), row[2].clone()]);
+        assert_eq!(printed.collect::<Vec<_>>(), expected.collect::<Vec<_>>());
+        for (section, weights) in [("6.3 ", SPLIT_WEIGHTS), ("6.5 ", FLIP_WEIGHTS)] {
+            let text = document.split("\n### ").find(|text| text.starts_with(section)).unwrap();
+            assert!(text.contains(&format!("the weights are {} at first", listed(&weights))), "{section}");
         }
-        for [a, b, c, d, e, .., bias] in MIXED {
-            prints(&[a, b, c, d, e, bias].map(i32::from));
-        }
-        REPEATED.as_flattened().iter().for_each(|row| prints(&row.map(i32::from)));
+
+        let printed = rows(&document, "7.6 ");
+        let counters = REPEATED.iter().enumerate().flat_map(|(list, rows)| {
+            let row = move |(node, row): (&str, &[u8; 16])| {
+                vec![node.to_string(), (list + 1).to_string(), listed(row)]
+            };
+            NODES.into_iter().zip(rows).map(row)
+        });
+        let weights = NODES
+            .iter()
+            .zip(MIXED)
+            .map(|(node, [a, b, c, d, e, .., bias])| vec![node.to_string(), listed(&[a, b, c, d, e, bias])]);
+        let expected: Vec<_> = counters.chain(weights).collect();
+        assert!(printed.ends_with(&expected), "{printed:#?} {expected:#?}");
+    }
+
+    #[cfg(feature = "max")]
+    #[test]
+    fn the_format_document_prints_the_weights_of_the_slowest_effort() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../spec/format.md");
+        let document = std::fs::read_to_string(path).unwrap().replace('−', "-");
+        let printed = rows(&document, "7.12 ").into_iter().map(|row| [row[0].clone(), row[1..].join(", ")]);
+        let expected = NODES.iter().zip(&super::super::opinions::INITIAL);
+        let expected: Vec<_> =
+            expected.map(|(node, weights)| [node.to_string(), listed(weights.as_flattened())]).collect();
+        assert!(printed.collect::<Vec<_>>().ends_with(&expected), "{expected:#?}");
     }
 }

@@ -61,6 +61,8 @@ impl Changes {
 /// even where they have been coded.
 pub(crate) struct Regions {
     count: u32,
+    /// So many at most are coded at once.
+    at_once: usize,
     /// Regions that are coded, and their vertices.
     done: u32,
     coded: usize,
@@ -71,9 +73,16 @@ pub(crate) struct Regions {
 }
 
 impl Regions {
-    /// Regions of which none has begun.
-    pub fn new(count: u32) -> Self {
-        Regions { count, done: 0, coded: 0, current: None, changes: None }
+    /// Regions of which none has begun, to be coded `at_once` at most.
+    pub fn new(count: u32, at_once: usize) -> Self {
+        Regions {
+            count,
+            at_once: at_once.min(count as usize),
+            done: 0,
+            coded: 0,
+            current: None,
+            changes: None,
+        }
     }
 
     /// How many there are.
@@ -84,8 +93,8 @@ impl Regions {
     /// Codes what is left of the pass, region *i* by the *i*-th models and coder, the vertices of `targets`
     /// when encoding, until all are coded or bytes are missing; whether all are. Coders may be missing at the
     /// end, while their bytes are. `field` is what was known before the pass, and when all is coded what is
-    /// known then; its positions are those known so far. Time O(n); memory some 40 bytes a vertex for each
-    /// region at work, less if there is one thread.
+    /// known then; its positions are those known so far. Time O(n); memory some 50 bytes a vertex for each
+    /// region at work.
     pub fn code<C: Coder + Send>(
         &mut self,
         pass: &Pass,
@@ -100,7 +109,7 @@ impl Regions {
         }
         let untouched = self.done == 0 && self.current.is_none();
         let all = coders.len() == self.count as usize && coders.iter().all(Coder::is_whole);
-        let done = if self.count > 1 && untouched && all && parallel::threads() > 1 {
+        let done = if self.count > 1 && untouched && all && self.at_once > 1 {
             self.at_once(pass, models, coders, targets, field);
             true
         } else {
@@ -135,8 +144,11 @@ impl Regions {
         let mut changes = self.changes.take();
         let whole = Mutex::new((field, &mut changes));
         let whole = || whole.lock().unwrap_or_else(PoisonError::into_inner);
-        let work: Vec<_> = (0..self.count).zip(models).zip(coders).collect();
-        parallel::for_each(work, |((index, models), coder)| {
+        let mut shares: Vec<Vec<_>> = (0..self.at_once).map(|_| Vec::new()).collect();
+        for (i, region) in (0..self.count).zip(models).zip(coders).enumerate() {
+            shares[i % self.at_once].push(region);
+        }
+        let code = |((index, models), coder): ((u32, &mut Positions), &mut C)| {
             let mut own = whole().0.clone();
             let mut progress = self.begin(index, pass, models, &own);
             models.code(coder, pass, &mut progress, targets, &mut own.positions, &mut own.rough);
@@ -146,7 +158,8 @@ impl Regions {
             for v in (known..coded.len()).filter(|&v| coded[v]) {
                 (field.positions[v], field.rough[v]) = (own.positions[v], own.rough[v]);
             }
-        });
+        };
+        parallel::for_each(shares, |share| share.into_iter().for_each(&code));
         self.changes = changes;
     }
 
@@ -200,7 +213,12 @@ mod tests {
     const COUNT: u32 = 3;
 
     /// Codes all regions of a surface of which only its first real vertex is known.
-    fn code<C: Coder + Send>(surface: &Surface, targets: &[Point], rounds: &mut [Vec<C>]) -> Field {
+    fn code<C: Coder + Send>(
+        surface: &Surface,
+        targets: &[Point],
+        rounds: &mut [Vec<C>],
+        at_once: usize,
+    ) -> Field {
         let first = surface.virtuals + 1;
         let estimates: Vec<_> =
             targets.iter().map(|p| p.map(|x| ((x as i64) << FRACTION_BITS) + 70)).collect();
@@ -220,7 +238,7 @@ mod tests {
         let vertices = surface.vertices as usize;
         let mut field = Field { positions: vec![[9; 3]; vertices], rough: vec![Roughness::START; vertices] };
         let mut models = vec![Positions::new(Effort::Default); COUNT as usize];
-        let mut regions = Regions::new(COUNT);
+        let mut regions = Regions::new(COUNT, at_once);
         let last = rounds.len() - 1;
         for (i, coders) in rounds.iter_mut().enumerate() {
             let targets = if C::ENCODES { targets } else { &[] };
@@ -237,16 +255,18 @@ mod tests {
             .map(|v| [v % 40 * 20, v / 40 * 20 - 300, v % 7])
             .collect();
         let mut encoders = [(0..COUNT).map(|_| Encoder::new()).collect()];
-        let written = code(&surface, &targets, &mut encoders);
+        let written = code(&surface, &targets, &mut encoders, 2);
         assert_eq!(written.positions[first..], targets);
         let [encoders] = encoders;
         let streams: Vec<Vec<u8>> = encoders.into_iter().map(Encoder::finish).collect();
         let decoders = |count: usize| streams[..count].iter().map(|bytes| Decoder::new(bytes)).collect();
-        for mut rounds in [vec![decoders(3)], vec![decoders(1), decoders(3)], vec![decoders(2), decoders(3)]]
-        {
-            let read = code(&surface, &targets, &mut rounds);
-            assert_eq!(read.positions, written.positions);
-            assert_eq!(read.rough, written.rough);
+        for at_once in [1, 2, 3] {
+            let rounds = [vec![decoders(3)], vec![decoders(1), decoders(3)], vec![decoders(2), decoders(3)]];
+            for mut rounds in rounds {
+                let read = code(&surface, &targets, &mut rounds, at_once);
+                assert_eq!(read.positions, written.positions);
+                assert_eq!(read.rough, written.rough);
+            }
         }
     }
 }

@@ -1,4 +1,5 @@
-//! Where new vertices stand among the old ones: what the fast profile looks at in place of rings.
+//! Where new vertices stand among the old ones: what the fast profile, and regular levels of the default one, look at in place of
+//! rings.
 //!
 //! A new vertex lies in a coarse face. Its *corners* are those of the face; its *wings* are what lies
 //! beyond the three edges, the new vertex of the face there or, if that is not split, its far corner.

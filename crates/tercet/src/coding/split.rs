@@ -314,7 +314,8 @@ impl Threshold {
 impl Drop for SplitModels {
     fn drop(&mut self) {
         if let SplitModels::Mixed(bits) = self {
-            bits.note(4);
+            use super::training::Table;
+            bits.note(Table::Split, Table::SplitWeights);
         }
     }
 }

@@ -13,15 +13,32 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::Path;
 
+/// What is learnt.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Table {
+    /// Weights of the slowest profile's ensemble.
+    Initial,
+    /// Weights of a mixed coordinate.
+    Mixed,
+    /// What counters of a coordinate say of candidates that repeat, by list.
+    Repeated(usize),
+    /// What counters of split and of flip bits say, by context.
+    Split(usize),
+    Flip(usize),
+    /// Weights of their contexts.
+    SplitWeights,
+    FlipWeights,
+}
+
 /// Sums of values, and of how often each has learnt, by table and row.
-type Sums = BTreeMap<(usize, usize), (Vec<i64>, i64)>;
+type Sums = BTreeMap<(Table, usize), (Vec<i64>, i64)>;
 
 thread_local! {
     static SUMS: RefCell<Option<Sums>> = const { RefCell::new(None) };
 }
 
 /// Notes a row of a table that has learnt so often, if a training asks for it.
-pub(super) fn note(table: usize, row: usize, values: &[i16], uses: i16) {
+pub(super) fn note(table: Table, row: usize, values: &[i16], uses: i16) {
     SUMS.with_borrow_mut(|sums| {
         let Some(sums) = sums else { return };
         let (sum, total) = sums.entry((table, row)).or_insert_with(|| (vec![0; values.len()], 0));
@@ -34,8 +51,8 @@ pub(super) fn note(table: usize, row: usize, values: &[i16], uses: i16) {
 #[ignore = "prints what is compiled in, from meshes that are not in the repository"]
 fn starting_values() {
     let meshes = std::env::var("TERCET_TRAINING").expect("TERCET_TRAINING lists meshes");
-    let mut tables: BTreeMap<(usize, usize), (Vec<i64>, i64)> = BTreeMap::new();
-    let mut uses: BTreeMap<(usize, usize), i64> = BTreeMap::new();
+    let mut tables: BTreeMap<(Table, usize), (Vec<i64>, i64)> = BTreeMap::new();
+    let mut uses: BTreeMap<(Table, usize), i64> = BTreeMap::new();
     for path in meshes.split_whitespace() {
         let format = Format::from_path(Path::new(path)).expect("a mesh format");
         let bytes = std::fs::read(path).expect("a mesh that can be read");
@@ -54,13 +71,14 @@ fn starting_values() {
             }
         }
     }
-    for (&(table, row), (sums, count)) in
-        tables.iter().filter(|((table, _), _)| matches!(table, 0..4 | 8 | 13))
-    {
+    // What split and flip counters say is not printed as it is, but by digits.
+    let printed = tables.iter().filter(|((table, _), _)| !matches!(table, Table::Split(_) | Table::Flip(_)));
+    for (&(table, row), (sums, count)) in printed {
         let means: Vec<String> = sums.iter().map(|sum| (sum / count).to_string()).collect();
-        println!("table {table}, row {row}: {}", means.join(", "));
+        println!("{table:?}, row {row}: {}", means.join(", "));
     }
-    let contexts = (4..).zip(super::priors::SPLIT).chain((9..).zip(super::priors::FLIP));
+    let split = (0..).map(Table::Split).zip(super::priors::SPLIT);
+    let contexts = split.chain((0..).map(Table::Flip).zip(super::priors::FLIP));
     for (table, digits) in contexts {
         let rows: Vec<(usize, f64, f64)> = tables
             .iter()
@@ -68,7 +86,7 @@ fn starting_values() {
             .map(|(key, (sums, count))| (key.1, sums[0] as f64 / *count as f64 / 32768.0, uses[key] as f64))
             .collect();
         for digit in sums_of_digits(&rows, &digits.iter().map(|digit| digit.len()).collect::<Vec<_>>()) {
-            println!("table {table}: {digit:?}");
+            println!("{table:?}: {digit:?}");
         }
     }
 }

@@ -78,11 +78,11 @@ impl Groups {
 /// The payload of groups with so many vertices and these bytes each, at most [`MOST_IN_GROUP`].
 pub(crate) fn join(groups: &[(u16, Vec<u8>)]) -> Vec<u8> {
     let (least, most) = (*GROUP_BYTES.start(), *GROUP_BYTES.end());
-    // Smaller ones would be shared out to fewer packets than there are groups.
-    let least = least.max(most - most / groups.len().max(1) + 1);
+    // Smaller ones would be shared out to fewer packets than there are groups; none may be larger than the largest.
+    let least = least.max(most - (most / groups.len().max(1)).max(1) + 1);
     let longest = groups.iter().map(|group| group.1.len()).max().unwrap_or(0);
     let size = (longest + CRC_BYTES).max(least).next_multiple_of(2);
-    // A size is one of GROUP_BYTES.
+    debug_assert!(GROUP_BYTES.contains(&size));
     let numbers = std::iter::once(size as u16).chain(groups.iter().map(|group| group.0));
     let mut payload: Vec<u8> = numbers.flat_map(u16::to_le_bytes).collect();
     payload.extend(checksum(&payload).to_le_bytes());
@@ -129,6 +129,16 @@ mod tests {
         assert_eq!(groups.stream(1, &payload[813..], 813), None);
         assert_eq!(groups.stream(2, &payload[..2011], 0), None);
         assert_eq!(groups.stream(3, &payload, 0), None);
+    }
+
+    #[test]
+    fn any_number_of_groups_comes_apart() {
+        for count in [1, 2, 3, 574, 575, 576, 1149, 1150, 1151, 1152, 3000] {
+            let payload = join(&vec![(1, vec![7]); count]);
+            let groups = Groups::read(&payload, payload.len() as u32).unwrap().unwrap();
+            assert_eq!(groups.vertices, vec![1; count]);
+            assert_eq!(groups.stream(count - 1, &payload, 0).unwrap()[..2], [7, 0]);
+        }
     }
 
     #[test]

@@ -10,7 +10,7 @@ use super::{CRC_BYTES, Header, MAGIC, MAX_HEADER, VERSION, varint};
 use crate::{Error, Limits, Result};
 
 /// The section to be read, as far as it is verified; of one in groups, which have checks of their own, as far as it
-/// is there.
+/// is there, but for its last byte until its checksum has matched.
 pub(crate) struct Incoming<'a> {
     pub(crate) part: Part,
     /// These bytes of its payload.
@@ -28,8 +28,8 @@ impl Incoming<'_> {
 
 /// Reads a file from bytes in portions of any size.
 ///
-/// The sections come in the order of the file, and of each only what a checksum has verified. What
-/// comes out depends on the bytes alone, not on their portions: the verified pieces before a fault,
+/// The sections come in the order of the file, and of each only what a checksum has verified; of a level in groups,
+/// which have checks of their own, all that is there. What comes out depends on the bytes alone, not on their portions: the verified pieces before a fault,
 /// and then the fault, again and again.
 ///
 /// Holds the header (64 KiB at most), the section in flight, and the sections that have
@@ -84,6 +84,7 @@ impl Reader {
     /// on `failure` is what it has to tell. Returns the same error.
     pub(crate) fn refuse(&mut self, failure: Error) -> Error {
         self.ready.clear();
+        self.flight = Arrival::default();
         let same = repeated(&failure);
         self.failure = Some(failure);
         same
@@ -99,14 +100,21 @@ impl Reader {
         Some(section.map_or(0, |section| section.offset + u64::from(self.flight.received())))
     }
 
-    /// The section to be read, as far as it is verified or has checks of its own, or `None` if nothing is there of it, or there are
-    /// no more sections. Optional sections are verified and passed over.
+    /// The section to be read, as far as it is verified or has checks of its own, or `None` if nothing is there of it,
+    /// it is [refused](Reader::refuse), or there are no more sections. A fault takes nothing of what came before it away. Optional sections are verified and passed over.
     pub(crate) fn incoming(&self) -> Option<Incoming<'_>> {
         if let Some((part, payload)) = self.ready.front() {
             return Some(Incoming { part: *part, bytes: payload, length: payload.len() as u32 });
         }
         let section = self.header.as_ref()?.sections.get(self.index)?;
-        let bytes = if section.pieces { self.flight.verified() } else { self.flight.payload() };
+        let bytes = match section.pieces {
+            true => self.flight.verified(),
+            // All of it would count as verified, which is taken from those that are ready.
+            false => {
+                let payload = self.flight.payload();
+                &payload[..payload.len().min((section.payload as usize).saturating_sub(1))]
+            }
+        };
         (!bytes.is_empty()).then_some(Incoming { part: section.part, bytes, length: section.payload })
     }
 

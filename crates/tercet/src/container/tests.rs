@@ -114,3 +114,16 @@ fn with_table(table: &[&[u8]]) -> Vec<u8> {
 
 /// A table entry: a base of 3 vertices and 1 face without payload.
 const BASE: &[u8] = &[1, 0, 0, 0, 0, 0, 0, 3, 1, 0, 0];
+
+#[test]
+fn the_format_document_describes_this_version() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../spec/format.md");
+    let document = std::fs::read_to_string(path).unwrap();
+    for line in [
+        format!("- Document version: **{VERSION}."),
+        format!("- Format version described: **{VERSION}** "),
+        format!("| format version | `u8` | {VERSION} |"),
+    ] {
+        assert!(document.contains(&line), "{line}");
+    }
+}

@@ -56,3 +56,13 @@ fn groups_with_right_checks_and_wrong_contents_give_an_error_or_a_mesh_of_the_sa
     }
     assert!(refused > 50 && decoded > 30, "{refused} {decoded}");
 }
+
+#[test]
+fn a_level_in_no_groups_at_all_is_refused_if_it_adds_vertices() {
+    let (outline, mut payloads) = grouped();
+    let level = outline.levels.iter().rposition(|level| level.grouped).unwrap();
+    payloads[level] = [512u16.to_le_bytes().as_slice(), &[0; 4]].concat();
+    stamp(&mut payloads[level]);
+    let error = decode(&container::write(&outline, &payloads).unwrap(), &Limits::default()).unwrap_err();
+    assert!(matches!(error, Error::Format { .. }), "{error:?}");
+}

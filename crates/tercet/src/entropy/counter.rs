@@ -34,10 +34,11 @@ impl Counter {
         Counter((p as u32) << 24 | EXPECTED)
     }
 
-    /// The probability of a 1, in 1/65536, and how many outcomes it remembers.
+    /// The probability of a 1, in 1/65536, and how many outcomes it remembers beyond those that it was
+    /// [expecting](Counter::expecting).
     #[cfg(all(test, feature = "max"))]
     pub fn state(self) -> (u16, i16) {
-        (self.p(), (self.0 & 255) as i16)
+        (self.p(), (self.0 & 255).saturating_sub(EXPECTED) as i16)
     }
 
     /// The probability of a 1, in 1/65536; never 0.

@@ -116,7 +116,7 @@ pub(super) fn choices(demand: &Demand, budget: u64, follows: bool, runs: &mut Ru
     let mut choices = Vec::new();
     let affordable = u32::try_from(budget / u64::from(demand.bytes.max(1))).unwrap_or(u32::MAX);
     if deficit > 0 {
-        let some = demand.parts.map_or(1, |_| deficit.min(affordable + 1));
+        let some = demand.parts.map_or(1, |_| deficit.min(affordable.saturating_add(1)));
         let step = deficit.div_ceil(PARTIAL_CHOICES) as usize;
         let partial = (0..some).step_by(step).map(|packets| of(packets, 0.0));
         // What gains no more than nothing does would stop who looks at the next choice only.

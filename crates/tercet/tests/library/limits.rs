@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use crate::common::file::File;
+use crate::common::file::{File, GROUPED};
 use crate::common::{Random, drain, meshes, options};
 use tercet::shapes::{annulus, grid, scan, soup, torus};
 use tercet::{Decoder, Error, Level, Limits, Mesh, decode, encode};
@@ -155,11 +155,15 @@ fn fields_that_contradict_the_payloads_give_an_error_or_a_sound_mesh() {
             match round % 6 {
                 0 => level.vertices = near(level.vertices, &mut random),
                 1 => level.faces = near(level.faces, &mut random),
-                2 if k > 0 => level.kind = 1 + random.below(4) as u8,
-                3 if k > 0 => level.kind = 2 + random.below(3) as u8 + 16 * random.below(3) as u8,
+                2 if k > 0 => level.kind = 1 + random.below(8) as u8,
+                3 if k > 0 => {
+                    level.kind = [2, 3, 4, 6, 7, 8][random.below(6)] + 16 * random.below(3) as u8;
+                }
                 4 => file.vertices = near(file.vertices, &mut random),
                 _ => file.faces = near(file.faces, &mut random),
             }
+            let grouped = (0..file.levels()).any(|k| (6..=8).contains(&(file.level(k).kind & 15)));
+            file.start[0] = file.start[0] & !GROUPED | if grouped { GROUPED } else { 0 };
             let what = format!("{name}, level {k}, round {round}");
             let (levels, _) = attempt(&file.bytes());
             levels.iter().for_each(|level| assert_sound(&file, level, &what));

@@ -1,8 +1,10 @@
 //! Large meshes, whose positions come in several streams.
 
+use crate::common::drain;
 use tercet::shapes::{noisy, scan, sphere};
 use tercet::{
-    Decoder, Effort, EncodeOptions, Level, LevelScheme, Limits, Mesh, Progressive, decode, encode, verify,
+    Decoder, Effort, EncodeOptions, Encoded, Error, Level, LevelScheme, Limits, Mesh, Progressive, decode,
+    encode, verify,
 };
 
 fn options(effort: Effort) -> EncodeOptions {
@@ -27,20 +29,24 @@ fn in_portions(file: &[u8], size: usize) -> (Level, usize) {
     (last.unwrap(), previews)
 }
 
-/// Whether the positions of some levels come late.
-fn check(mesh: &Mesh, options: &EncodeOptions) -> bool {
+/// Encodes a mesh whose positions come in several streams, after it has come back in several ways.
+fn check(mesh: &Mesh, options: &EncodeOptions) -> Encoded {
     let encoded = encode(mesh, options).unwrap();
     let whole = decode(&encoded.bytes, &Limits::default()).unwrap();
     assert!(whole == verify::quantised(mesh, &encoded.info.precision));
     let (level, previews) = in_portions(&encoded.bytes, 8_000);
     assert!(level.restored && level.mesh == whole);
     assert!(previews > 3, "{previews} previews");
+    encoded
+}
+
+fn is_late(encoded: &Encoded) -> bool {
     encoded.info.levels.iter().any(|level| level.kind == "late")
 }
 
 #[test]
 fn levels_of_several_streams_come_back_at_once_and_one_after_the_other() {
-    assert!(!check(&scan(110_000, 7), &options(Effort::Default)));
+    assert!(!is_late(&check(&scan(110_000, 7), &options(Effort::Default))));
 }
 
 #[test]
@@ -52,5 +58,15 @@ fn late_positions_do_so_too() {
         progressive: Progressive::Smallest,
         ..options(Effort::Default)
     };
-    assert!(check(&mesh, &options));
+    let encoded = check(&mesh, &options);
+    assert!(is_late(&encoded));
+    let levels = encoded.info.levels.len();
+    // A level takes 250 bytes a vertex, and regions that are coded one after the other 80 besides.
+    for (bytes_each, expected) in [(300, levels), (330, levels + 1)] {
+        let mut decoder = Decoder::new(Limits { max_memory: bytes_each * mesh.positions.len() as u64 });
+        decoder.push(&encoded.bytes);
+        let (found, error) = drain(&mut decoder);
+        assert_eq!(found.len(), expected);
+        assert!(matches!(error, Some(Error::Limit { .. })) || expected > levels, "{error:?}");
+    }
 }

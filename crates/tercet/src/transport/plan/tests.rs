@@ -101,6 +101,14 @@ fn twenty_levels() -> (Vec<Demand>, u64) {
     (demands, budget)
 }
 
+#[test]
+fn a_budget_without_end_affords_any_block() {
+    let parts = Some(Parts { symbols: 4, gains: [0.0; STEPS + 1] });
+    let mut runs = Runs::new(GilbertElliott::bursts(0.1, 2.0).unwrap());
+    let choices = choices(&Demand { parts, ..demand(4, 1, 5.0) }, u64::MAX, false, &mut runs);
+    assert!(choices.last().unwrap().chance > 0.99);
+}
+
 /// The bound is 20 ms. A step of the plan is two additions, a multiplication and a comparison, a step of a
 /// table some twenty operations: less than 1 and 10 ns. Steps are counted, because tests run on busy machines.
 #[test]

@@ -31,6 +31,8 @@ pub struct LevelFields {
 
 /// The flag of a lossy file.
 pub const LOSSY: u8 = 2;
+/// The flag of a file with levels in groups.
+pub const GROUPED: u8 = 16;
 
 impl File {
     pub fn parse(bytes: &[u8]) -> File {
