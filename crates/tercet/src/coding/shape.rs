@@ -51,8 +51,8 @@ impl Inverse {
             exponent: (18 + shift / 2 + shrunk as i32) as u8,
         };
         // As `log2_fixed`, which would count the zeros again.
-        let log = ((62 - zeros) << 5) + (highest >> 58) as u32;
-        (inverse, (log / 2 + 32 * shrunk) as i32)
+        let log = ((62 - zeros as i32) << 5) + (highest >> 58) as i32;
+        (inverse, log / 2 + 32 * shrunk as i32)
     }
 
     /// Half of each of the `squares` (below 2⁶¹) over the length, in 1/256, at most `most`.
@@ -125,5 +125,10 @@ mod tests {
             prop_assert_eq!(inverse.mantissa, INVERSE_ROOT[mantissa as usize]);
             prop_assert_eq!(inverse.exponent as i32, 18 + even / 2 + shrunk as i32);
         }
+    }
+
+    #[test]
+    fn a_face_without_area_has_the_logarithm_0() {
+        assert_eq!(FaceShape::new([[0; 3]; 2]).0.area, 0);
     }
 }
