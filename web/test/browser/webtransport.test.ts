@@ -43,16 +43,17 @@ test("a level in groups is shown while it arrives, and is the original in the en
   t.after(() => server.close());
   const { port } = (await (await fetch(`${server.address}/webtransport.json`)).json()) as { port: number };
   // The machine's own way would bring the file between two frames.
-  const link = await radio(port, 20, 20);
-  t.after(() => link.close());
-  const { page, foreign, errors, close } = await visit(browser, "about:blank");
+  const way = await radio(port, 20, 20);
+  t.after(() => way.close());
+  // Levels that grow would keep previews waiting.
+  const { page, foreign, errors, close } = await visit(browser, "about:blank", { reducedMotion: "reduce" });
   await page.addInitScript((port) => {
     globalThis.WebTransport = class extends WebTransport {
       constructor(url: string | URL, options?: WebTransportOptions) {
         super(String(url).replace(/:\d+\//, `:${port}/`), options);
       }
     };
-  }, link.port);
+  }, way.port);
   await page.goto(view(server, "groups.tct"));
   // The page says how much of the level is there.
   await page.waitForFunction(() => / % here$/.test(document.getElementById("level-text")!.textContent!));
