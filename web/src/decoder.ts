@@ -1,9 +1,10 @@
 import { concatenated } from "./bytes.js";
 import { revived, TercetError } from "./errors.js";
 import type { DecodeOptions } from "./instance.js";
-import type { Level, TercetInfo } from "./level.js";
-import { decoderModule, fullModule, needsFullModule, TELLING, type ModuleSource } from "./module.js";
+import type { Level, Preview, TercetInfo } from "./level.js";
+import { decoderModule, fullModule, hasGroups, needsFullModule, TELLING, type ModuleSource } from "./module.js";
 import { WorkerPool } from "./pool.js";
+import type { Ahead } from "./previews.js";
 import type { Answer, Request } from "./sessions.js";
 
 /** How to decode a file, and whom to tell. */
@@ -16,6 +17,12 @@ export interface DecoderOptions extends DecodeOptions {
   onInfo?: (info: TercetInfo) => void;
   /** Hears each level as it is decoded. */
   onLevel?: (level: Level) => void;
+  /**
+   * Hears what can be shown of the next level while it arrives, some ten times a second at most. Only levels in groups
+   * (`tercet encode --groups`) have previews, and only where bytes come before their turn: by {@link TercetDecoder.preview},
+   * or in a download by the protocol `wt`. They are drawn or left; levels come as without them.
+   */
+  onPreview?: (preview: Preview) => void;
 }
 
 let sharedPool: WorkerPool | undefined;
@@ -42,6 +49,7 @@ export class TercetDecoder {
   /** Settled when the session is open: its module is chosen by the file's first bytes. */
   private ready: Promise<unknown> | undefined;
   private start = new Uint8Array();
+  private grouped = false;
   private readonly waiting = new Map<number, Waiting>();
   private lastCall = 0;
   private fate: TercetError | undefined;
@@ -66,6 +74,16 @@ export class TercetDecoder {
     }
     await this.ready;
     await this.call({ do: "push", bytes });
+  }
+
+  /**
+   * Looks at bytes that have come before their turn; settled once whoever hears previews has heard what they show.
+   * They are handed over, and have to be pushed in their turn all the same.
+   */
+  async preview(ahead: Ahead[]): Promise<void> {
+    if (!this.grouped) return;
+    await this.ready;
+    await this.call({ do: "preview", ahead });
   }
 
   /** @throws TercetError unless the whole file has arrived. */
@@ -98,6 +116,7 @@ export class TercetDecoder {
     const { maxMemory, predictions, normals, digest, module: source } = this.options;
     const options = Object.fromEntries(
       Object.entries({ maxMemory, predictions, normals, digest }).filter(([, value]) => value !== undefined));
+    this.grouped = hasGroups(start);
     const module = source === undefined && needsFullModule(start) ? fullModule() : decoderModule(source);
     this.ready = module.then((module) => this.call({ do: "open", module, options }));
     this.ready.catch(() => {}); // Told to whoever pushes.
@@ -121,6 +140,9 @@ export class TercetDecoder {
       case "level":
         this.level = answer.level;
         this.options.onLevel?.(answer.level);
+        return;
+      case "preview":
+        this.options.onPreview?.(answer.preview);
         return;
       case "done":
         this.settle(answer.call)?.resolve(answer.value);

@@ -1,5 +1,6 @@
 import { TercetError, type ErrorKind } from "./errors.js";
-import { vertexNormals, type Level, type LevelInfo, type TercetInfo } from "./level.js";
+import { vertexNormals, type Level, type LevelInfo, type Preview, type TercetInfo } from "./level.js";
+import type { Ahead } from "./previews.js";
 
 /** What a decoder shall make of each level, and what it may use. */
 export interface DecodeOptions {
@@ -27,6 +28,9 @@ interface Exports {
   tercet_info(): number;
   tercet_error(): number;
   tercet_text(): number;
+  // Of the module that decodes levels in groups.
+  tercet_glimpse?(place: number, length: number): number;
+  tercet_preview?(): number;
 }
 
 const DEFAULT_MEMORY = 2 ** 30;
@@ -48,8 +52,7 @@ export class Instance {
     for (let at = 0; at < bytes.length; at += PORTION) {
       const portion = bytes.subarray(at, at + PORTION);
       this.guard(() => {
-        const address = this.exports.tercet_input(portion.length);
-        new Uint8Array(this.exports.memory.buffer, address, portion.length).set(portion);
+        this.write(portion);
         this.exports.tercet_push(portion.length);
       });
     }
@@ -66,6 +69,25 @@ export class Instance {
     if (status < 0) throw this.failure();
     if (status === 0) return undefined;
     return this.guard(() => this.level(start));
+  }
+
+  /**
+   * The next level as far as it has come, if these bytes show more of it: whole groups of a level in groups whose
+   * first bytes have been pushed. What the file decodes to does not depend on it.
+   */
+  preview(ahead: Ahead[]): Preview | undefined {
+    const start = performance.now();
+    const { tercet_glimpse: glimpse, tercet_preview: preview } = this.exports;
+    if (!glimpse || !preview) return undefined;
+    return this.guard(() => {
+      let groups = 0;
+      for (const { place, bytes } of ahead) {
+        this.write(bytes);
+        groups += glimpse(place, bytes.length);
+      }
+      const pending = groups > 0 ? preview() : -1;
+      return pending < 0 ? undefined : { ...this.level(start), restored: false, pending };
+    });
   }
 
   /** What the file says of itself, once its header has arrived. */
@@ -86,6 +108,11 @@ export class Instance {
   discardDamaged(): number | undefined {
     const byte = this.guard(() => this.exports.tercet_discard_damaged());
     return byte < 0 ? undefined : byte;
+  }
+
+  private write(bytes: Uint8Array): void {
+    const address = this.exports.tercet_input(bytes.length);
+    new Uint8Array(this.exports.memory.buffer, address, bytes.length).set(bytes);
   }
 
   private level(start: number): Level {

@@ -57,6 +57,16 @@ export interface Level {
   milliseconds: number;
 }
 
+/**
+ * The next level before all of it has arrived: topology and every vertex are there, but vertices whose details are
+ * missing lie where they are expected. Nothing vouches for it; the level itself follows and is what it would be without it.
+ */
+export interface Preview extends Level {
+  restored: false;
+  /** How many of its vertices lie where they are expected. */
+  pending: number;
+}
+
 /** The buffers of a level, to hand them from one thread to another without a copy. */
 export function buffers(level: Level): ArrayBuffer[] {
   const arrays = [level.positions, level.indices, level.predicted, level.normals];

@@ -19,10 +19,19 @@ export const TELLING = 11;
 
 /** Whether the file that begins like this has the effort `max`, or levels in groups, which the small module lacks. */
 export function needsFullModule(start: Uint8Array): boolean {
-  let flags = 5;
-  while (flags < 9 && (start[flags] ?? 0) & 0x80) flags++;
-  const found = start[flags + 1] ?? 0;
-  return (found & 0x0c) === 0x08 || (found & 0x10) !== 0;
+  return (flagsOf(start) & 0x0c) === 0x08 || hasGroups(start);
+}
+
+/** Whether the file that begins like this has levels in groups. */
+export function hasGroups(start: Uint8Array): boolean {
+  return (flagsOf(start) & 0x10) !== 0;
+}
+
+/** The flags follow the header's length, whose bytes but for the last have their highest bit set. */
+function flagsOf(start: Uint8Array): number {
+  let length = 5;
+  while (length < 9 && (start[length] ?? 0) & 0x80) length++;
+  return start[length + 1] ?? 0;
 }
 
 /** Compiles a module. */

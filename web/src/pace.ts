@@ -23,6 +23,11 @@ export class Pace {
     this.wake();
   }
 
+  /** Settled when bytes are let through. */
+  async going(): Promise<void> {
+    await this.resumed;
+  }
+
   /** The bytes in portions, each when its time has come. */
   async *portions(bytes: Uint8Array): AsyncGenerator<Uint8Array> {
     let rest = bytes;

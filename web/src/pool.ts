@@ -96,8 +96,11 @@ export class WorkerPool {
 
 /** Bytes that fill their buffer are handed over, others copied. */
 function transfers(request: Request): Transferable[] {
-  if (request.do !== "push") return [];
-  const { buffer, byteLength } = request.bytes;
+  if (request.do === "preview") return request.ahead.flatMap(({ bytes }) => handedOver(bytes));
+  return request.do === "push" ? handedOver(request.bytes) : [];
+}
+
+function handedOver({ buffer, byteLength }: Uint8Array): Transferable[] {
   return buffer instanceof ArrayBuffer && buffer.byteLength === byteLength ? [buffer] : [];
 }
 

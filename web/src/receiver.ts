@@ -1,6 +1,7 @@
 import { concatenated } from "./bytes.js";
 import { compile, type ModuleSource } from "./module.js";
 import { once } from "./once.js";
+import type { Ahead } from "./previews.js";
 
 /** The module's exports; `crates/tercet-receiver-wasm` says what each does. */
 interface Exports {
@@ -10,6 +11,8 @@ interface Exports {
   receiver_start(maxMemory: number): number;
   receiver_push(): number;
   receiver_take(): number;
+  receiver_glimpse(): number;
+  receiver_place(): number;
   receiver_report(): number;
   receiver_is_complete(): number;
 }
@@ -47,6 +50,12 @@ export class Receiver {
   take(): Uint8Array<ArrayBuffer> | undefined {
     const length = this.exports.receiver_take();
     return length > 0 ? this.read(length) : undefined;
+  }
+
+  /** Bytes that have come before their turn, if there are any that were not given before. They come again by {@link take}. */
+  glimpse(): Ahead | undefined {
+    const length = this.exports.receiver_glimpse();
+    return length > 0 ? { place: this.exports.receiver_place(), bytes: this.read(length) } : undefined;
   }
 
   /** What the sender should know, as a datagram. */

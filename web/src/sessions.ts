@@ -1,20 +1,23 @@
 import { plain, type PlainError } from "./errors.js";
 import { Instance, type DecodeOptions } from "./instance.js";
-import { buffers, type Level, type TercetInfo } from "./level.js";
+import { buffers, type Level, type Preview, type TercetInfo } from "./level.js";
+import type { Ahead } from "./previews.js";
 
 /** What a decoder is asked to do. `session` names a file, `call` this request. */
 export type Request = { session: number; call: number } & (
   | { do: "open"; module: WebAssembly.Module; options: DecodeOptions }
   | { do: "push"; bytes: Uint8Array }
+  | { do: "preview"; ahead: Ahead[] }
   | { do: "discard" }
   | { do: "finish" }
   | { do: "close" }
 );
 
-/** What it answers: infos and levels as they come, and one `done` or `failed` for each request. */
+/** What it answers: infos, levels and previews as they come, and one `done` or `failed` for each request. */
 export type Answer = { session: number } & (
   | { is: "info"; info: TercetInfo }
   | { is: "level"; level: Level }
+  | { is: "preview"; preview: Preview }
   | { is: "done"; call: number; value: number | undefined }
   | { is: "failed"; call: number; error: PlainError }
 );
@@ -49,6 +52,8 @@ export class Sessions {
     switch (request.do) {
       case "push":
         return this.push(session, instance, request.bytes);
+      case "preview":
+        return this.preview(session, instance, request.ahead);
       case "discard":
         return instance.discardDamaged();
       case "finish":
@@ -56,6 +61,11 @@ export class Sessions {
       case "close":
         return void this.open.delete(session);
     }
+  }
+
+  private preview(session: number, instance: Instance, ahead: Ahead[]): undefined {
+    const preview = instance.preview(ahead);
+    if (preview) this.post({ session, is: "preview", preview }, buffers(preview));
   }
 
   private push(session: number, instance: Instance, bytes: Uint8Array): undefined {

@@ -2,6 +2,7 @@ import { TercetDecoder, type DecoderOptions } from "./decoder.js";
 import { TercetError } from "./errors.js";
 import type { Level, TercetInfo } from "./level.js";
 import { Pace } from "./pace.js";
+import { Previews } from "./previews.js";
 import { fetchRange, type Range, type RangeResponse } from "./range.js";
 import { fetchSession } from "./ws.js";
 
@@ -78,6 +79,7 @@ export class TercetStream implements AsyncIterable<Level> {
   protocol: Protocol;
   private readonly decoder: TercetDecoder;
   private readonly levels: Level[] = [];
+  private readonly previews: Previews | undefined;
   private readonly aborter = new AbortController();
   /** Ends the request in flight. */
   private cut = new AbortController();
@@ -92,7 +94,13 @@ export class TercetStream implements AsyncIterable<Level> {
   constructor(private readonly url: string | URL, private readonly options: OpenOptions = {}) {
     this.pace = new Pace(options.bytesPerSecond);
     this.protocol = options.protocol ?? "http";
-    this.decoder = new TercetDecoder({ ...options, onLevel: (level) => this.hear(level) });
+    const { onPreview } = options;
+    this.decoder = new TercetDecoder({
+      ...options,
+      onLevel: (level) => this.hear(level),
+      onPreview: (preview) => { if (!this.aborter.signal.aborted) onPreview?.(preview); },
+    });
+    this.previews = onPreview && new Previews((ahead) => this.decoder.preview(ahead), () => this.idle());
     if (options.signal?.aborted) this.aborter.abort(options.signal.reason);
     options.signal?.addEventListener("abort", () => this.abort(options.signal?.reason), { once: true });
     this.done = this.run();
@@ -117,6 +125,7 @@ export class TercetStream implements AsyncIterable<Level> {
   abort(reason: unknown = new DOMException("the download was aborted", "AbortError")): void {
     this.aborter.abort(reason);
     this.cut.abort(reason);
+    this.previews?.end();
     this.pace.resume();
   }
 
@@ -150,6 +159,7 @@ export class TercetStream implements AsyncIterable<Level> {
       return finest;
     } finally {
       this.ended = true;
+      this.previews?.end();
       this.decoder.close();
       this.wake();
     }
@@ -197,6 +207,7 @@ export class TercetStream implements AsyncIterable<Level> {
   /** Asks for what is missing and hands on what comes. */
   private async request(): Promise<void> {
     this.cut = new AbortController();
+    this.previews?.forget();
     const session = await this.datagrams();
     const range = this.wanted();
     const response = session ?? await this.open(range);
@@ -236,7 +247,8 @@ export class TercetStream implements AsyncIterable<Level> {
     if (this.received === 0) {
       try {
         const { openSession } = await import("./webtransport.js");
-        return await openSession(this.url, this.connection());
+        const { previews } = this;
+        return await openSession(this.url, { ...this.connection(), onAhead: previews && ((ahead) => previews.offer(ahead)) });
       } catch (error) {
         this.aborter.signal.throwIfAborted();
         this.options.onMishap?.({ kind: "connection", at: 0, message: String(error) });
@@ -257,6 +269,7 @@ export class TercetStream implements AsyncIterable<Level> {
 
   private push(bytes: Uint8Array): void {
     this.received += bytes.length;
+    this.previews?.forget(this.received);
     // The buffer is handed over, so it must hold nothing else.
     const whole = bytes.byteLength === bytes.buffer.byteLength ? bytes : bytes.slice();
     this.decoded = this.decoder.push(whole).catch((error: unknown) => {
@@ -264,6 +277,12 @@ export class TercetStream implements AsyncIterable<Level> {
       this.cut.abort();
     });
     this.options.onProgress?.(this.received, this.total ?? this.info?.bytes);
+  }
+
+  /** Settled when all bytes so far are decoded and further ones are let through. */
+  private async idle(): Promise<void> {
+    await this.pace.going();
+    for (let seen: Promise<void> | undefined; seen !== this.decoded; ) await (seen = this.decoded);
   }
 
   /** Two parts of different files do not make one. */

@@ -1,7 +1,7 @@
 /** Tercet for three.js. */
 import { BufferAttribute, BufferGeometry, Loader, type LoadingManager } from "three";
 import { TercetDecoder } from "./decoder.js";
-import type { Level } from "./level.js";
+import type { Level, Preview } from "./level.js";
 import { decoderModule, type ModuleSource } from "./module.js";
 import { WorkerPool } from "./pool.js";
 import { openUrl, type OpenOptions } from "./stream.js";
@@ -21,6 +21,8 @@ export class TercetLoader extends Loader<BufferGeometry> {
    * are the listener's to dispose of.
    */
   onLevel: ((geometry: BufferGeometry, level: Level) => void) | undefined;
+  /** Hears the next level while it arrives, as {@link OpenOptions.onPreview} says. Geometries are the listener's. */
+  onPreview: ((geometry: BufferGeometry, preview: Preview) => void) | undefined;
   /** How to download: how far to go, how often to try, what to tell. */
   options: OpenOptions = {};
   private readonly pool = new WorkerPool();
@@ -123,7 +125,15 @@ export class TercetLoader extends Loader<BufferGeometry> {
 
   private decoding(onLevel: (level: Level) => void): OpenOptions {
     const { options, pool, module } = this;
-    return { ...options, normals: true, pool, ...(module === undefined ? {} : { module }), onLevel };
+    const onPreview = this.onPreview && ((preview: Preview) => {
+      this.onPreview?.(geometryOf(preview), preview);
+      options.onPreview?.(preview);
+    });
+    return {
+      ...options, normals: true, pool, onLevel,
+      ...(module === undefined ? {} : { module }),
+      ...(onPreview ? { onPreview } : {}),
+    };
   }
 
   /** Makes a geometry of each level if somebody listens, and of the last one anyhow. */

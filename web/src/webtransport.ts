@@ -1,5 +1,6 @@
 import { concatenated } from "./bytes.js";
 import { TercetError } from "./errors.js";
+import type { Ahead } from "./previews.js";
 import type { RangeResponse } from "./range.js";
 import { Receiver, receiverModule } from "./receiver.js";
 
@@ -9,6 +10,8 @@ export interface SessionOptions {
   patience: number;
   /** Whether it is we who take no bytes. */
   paused: () => boolean;
+  /** Hears bytes that come before their turn, after all that have had it. */
+  onAhead?: ((ahead: Ahead) => void) | undefined;
 }
 
 /** Where a server holds sessions: the members of `/webtransport.json`. */
@@ -112,7 +115,7 @@ async function* gather(
   transport: WebTransport,
   receiver: Receiver,
   control: Control,
-  { signal, patience, paused }: SessionOptions,
+  { signal, patience, paused, onAhead }: SessionOptions,
 ): AsyncGenerator<Uint8Array> {
   const ended = new AbortController();
   const end = () => ended.abort(signal.reason);
@@ -131,6 +134,7 @@ async function* gather(
     for (;;) {
       for (let bytes = receiver.take(); bytes; bytes = receiver.take()) yield bytes;
       if (receiver.complete) return;
+      for (let ahead = onAhead && receiver.glimpse(); ahead; ahead = receiver.glimpse()) onAhead!(ahead);
       await race(new Promise<void>((resolve) => (wake = resolve)), ended.signal);
     }
   } catch (error) {

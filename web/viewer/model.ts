@@ -1,6 +1,6 @@
 /** What has arrived of a file, level by level. */
 import { BufferAttribute, type BufferGeometry } from "three";
-import { vertexNormals, type Level, type TercetInfo } from "tercet";
+import { vertexNormals, type Level, type Preview, type TercetInfo } from "tercet";
 import { geometryOf } from "tercet/three";
 import { division, extent, magnitudes } from "./colours";
 import { creased, gathered } from "./creases";
@@ -152,14 +152,38 @@ function lengthsBelow({ positions, predicted, kept }: Level, below: Float32Array
   return found;
 }
 
+/** The level after the finest, as far as it has come. */
+export class Arriving {
+  readonly level: number;
+  readonly counts: [vertices: number, faces: number];
+  /** Vertices that lie where they are expected, and those that did so when nothing had come of the level. */
+  readonly pending: number;
+  readonly fresh: number;
+  private readonly surface: Surface;
+
+  constructor(preview: Preview, isFinest: boolean) {
+    this.level = preview.level;
+    this.counts = countsOf(preview);
+    this.pending = preview.pending;
+    this.fresh = this.counts[0] - preview.kept;
+    this.surface = new Surface(preview, isFinest);
+  }
+
+  get geometry(): BufferGeometry {
+    return this.surface.geometry;
+  }
+}
+
 /** A file and its levels so far. */
 export class Model {
   info: TercetInfo | undefined;
   digest: string | undefined;
   readonly stages: Stage[] = [];
+  arriving: Arriving | undefined;
 
   /** Takes a level; its stage, new or completed. */
   take(level: Level, arrived: number): Stage {
+    this.setArriving(undefined);
     const same = this.stages[level.level];
     if (level.digest) this.digest = level.digest;
     if (same) {
@@ -167,12 +191,15 @@ export class Model {
       same.complete(level, settled?.counts[0] ?? 0, arrived);
       return same;
     }
-    const { levels } = this.info ?? {};
-    const estimated = levels?.[level.level]?.kind === "late";
-    const isFinest = level.level + 1 === levels?.length;
-    const stage = new Stage(level, this.stages[level.level - 1], isFinest, estimated, arrived);
+    const estimated = this.info?.levels[level.level]?.kind === "late";
+    const stage = new Stage(level, this.stages[level.level - 1], this.isFinest(level), estimated, arrived);
     this.stages[level.level] = stage;
     return stage;
+  }
+
+  /** Takes what has come of the next level, in place of what had before. */
+  takePreview(preview: Preview): Arriving {
+    return this.setArriving(new Arriving(preview, this.isFinest(preview)));
   }
 
   get finest(): Stage | undefined {
@@ -180,6 +207,17 @@ export class Model {
   }
 
   dispose(): void {
+    this.setArriving(undefined);
     for (const stage of this.stages) stage.dispose();
+  }
+
+  private isFinest({ level }: Level): boolean {
+    return level + 1 === this.info?.levels.length;
+  }
+
+  private setArriving<A extends Arriving | undefined>(arriving: A): A {
+    this.arriving?.geometry.dispose();
+    this.arriving = arriving;
+    return arriving;
   }
 }

@@ -2,7 +2,7 @@
 import type { TercetInfo } from "tercet";
 import { FRESH, KEPT, SCALE } from "./colours";
 import * as format from "./format";
-import type { Model, Stage } from "./model";
+import type { Arriving, Model, Stage } from "./model";
 
 export type Picture = "surface" | "division" | "details" | "predicted";
 export const PICTURES: Picture[] = ["surface", "division", "details", "predicted"];
@@ -15,6 +15,8 @@ const CAPTIONS: Record<Picture, string> = {
 };
 
 const ESTIMATED = "Vertices of this level lie where they are estimated: their positions come after all levels.";
+
+const ARRIVING = "vertices lie where they are expected: their details are still to come.";
 
 /** The element of that id; a page without it is not this one. */
 export function element<E extends HTMLElement = HTMLElement>(id: string): E {
@@ -59,7 +61,7 @@ export function setFigures(model: Model | undefined, stage: Stage | undefined): 
   slider.value = String(stage?.level ?? 0);
   slider.disabled = !stage || last === 0;
   element<HTMLButtonElement>("coarser").disabled = !stage || stage.level === 0;
-  element<HTMLButtonElement>("finer").disabled = !stage || stage === model?.finest;
+  element<HTMLButtonElement>("finer").disabled = !stage || (stage === model?.finest && !model.arriving);
   const figures: Record<string, string> = { vertices: "–", faces: "–", bytes: "–", percent: "–", error: "–", time: "–" };
   const text = element("level-text");
   if (stage && level && model?.info) {
@@ -82,6 +84,22 @@ export function setFigures(model: Model | undefined, stage: Stage | undefined): 
   } else {
     text.textContent = "–";
   }
+  for (const [id, value] of Object.entries(figures)) element(id).textContent = value;
+}
+
+/** The figures of a level that is shown as far as it has come. */
+export function setPreview(model: Model, { level, counts: [vertices, faces], pending, fresh }: Arriving): void {
+  const last = (model.info?.levels.length ?? 1) - 1;
+  const part = format.percent(fresh > 0 ? 1 - pending / fresh : 1);
+  const slider = element<HTMLInputElement>("level");
+  slider.value = String(level);
+  slider.setAttribute("aria-valuetext", `${level} of ${last}, ${part} has arrived`);
+  element<HTMLButtonElement>("coarser").disabled = false;
+  element<HTMLButtonElement>("finer").disabled = true;
+  const text = element("level-text");
+  text.innerHTML = `${level} <small>of ${last}, ${part} here</small>`;
+  text.title = `${format.count(pending)} of ${format.count(vertices)} ${ARRIVING}`;
+  const figures = { vertices: format.count(vertices), faces: format.count(faces), bytes: "–", percent: "–", error: "–", time: "–" };
   for (const [id, value] of Object.entries(figures)) element(id).textContent = value;
 }
 

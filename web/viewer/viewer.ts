@@ -1,5 +1,5 @@
 /** A file on its way to the screen, and what the visitor wants to see of it. */
-import { openUrl, type Level, type Mishap, type TercetStream } from "tercet";
+import { openUrl, type Level, type Mishap, type Preview, type TercetStream } from "tercet";
 import { Model, type Stage } from "./model";
 import * as panel from "./panel";
 import type { Picture } from "./panel";
@@ -26,6 +26,8 @@ export class Viewer {
   /** Whether each finer level is shown as it comes. */
   private follows = true;
   private growing = false;
+  /** The level that is shown as far as it has come, if one is. */
+  private previewed: number | undefined;
   private started = 0;
   /** Whether the visitor, or a level that tells, has said which way up the mesh stands. */
   private standing: "guessed" | "settled" = "guessed";
@@ -58,6 +60,7 @@ export class Viewer {
         panel.setMarks(info);
       },
       onLevel: (level) => this.model === model && this.arrive(level),
+      onPreview: (preview) => this.model === model && this.foresee(preview),
       onProgress: (received, total) => this.model === model && panel.setProgress(received, total),
       onMishap: (mishap) => this.model === model && this.tell(mishap),
     });
@@ -114,23 +117,24 @@ export class Viewer {
 
   /** Shows a level, or the nearest that has arrived. */
   goTo(level: number): void {
-    const finest = this.model?.finest;
-    if (!finest) return;
-    const wanted = Math.max(0, Math.min(level, finest.level));
-    this.follows = wanted === finest.level;
-    const stage = this.model?.stages[wanted];
+    const { finest, arriving, stages } = this.model ?? {};
+    if (!finest || !stages) return;
+    // Whoever asks for the finest whole level while another one is arriving wants to see it whole.
+    this.follows = level >= (arriving ?? finest).level;
+    const stage = stages[Math.max(0, Math.min(level, finest.level))];
     if (stage && stage !== this.shown) this.change(stage);
+    else if (this.shown && !this.growing) this.put(this.shown);
     else panel.setFigures(this.model, this.shown);
   }
 
   step(by: number): void {
-    if (this.shown) this.goTo(this.shown.level + by);
+    if (this.shown) this.goTo((this.previewed ?? this.shown.level) + by);
   }
 
   private close(): void {
     this.stream?.abort();
     this.model?.dispose();
-    this.model = this.shown = undefined;
+    this.model = this.shown = this.previewed = undefined;
     this.follows = true;
     this.growing = false;
     this.standing = "guessed";
@@ -164,6 +168,22 @@ export class Viewer {
     } else {
       panel.setFigures(model, this.shown);
     }
+  }
+
+  /** Takes the next level as far as it has come. */
+  private foresee(preview: Preview): void {
+    const { level, counts: [vertices], pending } = this.model!.takePreview(preview);
+    dispatchEvent(new CustomEvent("tercet-preview", { detail: { level, vertices, pending } }));
+    if (!this.growing) this.showPreview();
+  }
+
+  /** Shows what has come of the next level in place of the one below, unless something else is to be seen. */
+  private showPreview(): void {
+    const { arriving, finest } = this.model ?? {};
+    if (!arriving || !this.follows || this.shown !== finest || this.picture !== "surface") return;
+    this.previewed = arriving.level;
+    this.view.show({ geometry: arriving.geometry, coloured: false });
+    panel.setPreview(this.model!, arriving);
   }
 
   /** Guesses how the mesh stands while levels are coarse; what turns later would only disturb. */
@@ -211,7 +231,8 @@ export class Viewer {
     // Where levels come faster than they grow, the picture must not lag behind.
     const behind = this.follows ? (this.model?.finest?.level ?? stage.level) - stage.level : 0;
     const milliseconds = GROWING / (1 + 2 * behind);
-    if (before && !calm && stage.level > before.level && stage.hasPrediction) {
+    const grown = this.previewed === stage.level;
+    if (before && !calm && !grown && stage.level > before.level && stage.hasPrediction) {
       this.grow(stage, "out", milliseconds, done);
     } else if (before && !calm && stage.level === before.level - 1 && before.hasPrediction) {
       this.grow(before, "in", milliseconds, done);
@@ -238,6 +259,8 @@ export class Viewer {
     this.view.show(this.frame(stage, this.picture === "surface" ? "mesh" : "division"), still ? 0 : 1);
     panel.setFigures(this.model, stage);
     document.body.dataset["shown"] = String(stage.level);
+    this.previewed = undefined;
+    this.showPreview();
   }
 
   private frame(stage: Stage, wanted: "mesh" | "division") {

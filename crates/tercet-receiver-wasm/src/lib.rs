@@ -17,6 +17,8 @@ struct State {
     receiver: Option<Receiver>,
     input: Vec<u8>,
     output: Vec<u8>,
+    /// Where in the file what was glimpsed last lies.
+    place: u64,
 }
 
 thread_local! {
@@ -36,7 +38,7 @@ pub extern "C" fn receiver_input(length: u32) -> *mut u8 {
     })
 }
 
-/// Where the answer of [`receiver_take`] or [`receiver_report`] is.
+/// Where the answer of [`receiver_take`], [`receiver_glimpse`] or [`receiver_report`] is.
 #[unsafe(no_mangle)]
 pub extern "C" fn receiver_output() -> *const u8 {
     with(|state| state.output.as_ptr())
@@ -72,6 +74,23 @@ pub extern "C" fn receiver_take() -> u32 {
         state.output = state.receiver.as_mut().and_then(Receiver::take).unwrap_or_default();
         state.output.len() as u32
     })
+}
+
+/// Puts bytes that have come before their turn into the output, each only once; their number, 0 if there are none.
+/// They lie at [`receiver_place`] in the file, nothing vouches for them, and they come again by [`receiver_take`].
+#[unsafe(no_mangle)]
+pub extern "C" fn receiver_glimpse() -> u32 {
+    with(|state| {
+        let glimpsed = state.receiver.as_mut().and_then(Receiver::glimpse);
+        (state.place, state.output) = glimpsed.unwrap_or_default();
+        state.output.len() as u32
+    })
+}
+
+/// Where in the file what [`receiver_glimpse`] gave last begins.
+#[unsafe(no_mangle)]
+pub extern "C" fn receiver_place() -> f64 {
+    with(|state| state.place as f64)
 }
 
 /// Puts a report for the sender into the output; the number of its bytes.

@@ -86,6 +86,26 @@ pub extern "C" fn tercet_report() -> *const u32 {
     })
 }
 
+/// Looks at the first `length` bytes that were written at [`tercet_input`] before their turn: they lie at `place`
+/// in the file. How many groups of the next level they hold, which a [preview](tercet_preview) then shows.
+#[cfg(feature = "encoder")]
+#[unsafe(no_mangle)]
+pub extern "C" fn tercet_glimpse(place: f64, length: u32) -> u32 {
+    // The cast saturates.
+    with(|state| state.session.glimpse(place as u64, length as usize) as u32)
+}
+
+/// Makes the next level, as far as it has come, the one that the [`tercet_report`] tells: how many of its vertices
+/// lie where they are expected, or −1 if nothing of it can be shown.
+#[cfg(feature = "encoder")]
+#[unsafe(no_mangle)]
+pub extern "C" fn tercet_preview() -> f64 {
+    with(|state| match (state.session.preview(), state.session.level()) {
+        (true, Some(level)) => level.pending.into(),
+        _ => FAILED.into(),
+    })
+}
+
 /// FNV-1a of the level that was reached last, in 64 bits: coordinates, then indices.
 #[unsafe(no_mangle)]
 pub extern "C" fn tercet_digest() -> u64 {

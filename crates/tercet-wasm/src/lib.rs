@@ -5,7 +5,8 @@
 //! function, and reads arrays at the addresses that it is told. Addresses hold until the next call.
 //!
 //! [`session`] does the work and knows nothing of addresses; [`exports`] has the names that a page calls.
-//! With the feature `encoder` the module reads mesh files and encodes them too.
+//! With the feature `encoder` the module reads mesh files and encodes them too, decodes files of every effort and
+//! levels in groups, and shows of the latter what came before its turn.
 
 #[cfg(feature = "encoder")]
 pub mod encoding;

@@ -42,6 +42,23 @@ impl Session {
         Some(self.level.is_some())
     }
 
+    /// Looks at the first `length` bytes of the input, which lie at `place` in the file, before their turn; see
+    /// [`Decoder::glimpse`].
+    #[cfg(feature = "encoder")]
+    pub fn glimpse(&mut self, place: u64, length: usize) -> usize {
+        let length = length.min(self.input.len());
+        self.decoder.glimpse(place, &self.input[..length])
+    }
+
+    /// Makes the next level, as far as it has come, the one that was reached last; whether there is one.
+    #[cfg(feature = "encoder")]
+    pub fn preview(&mut self) -> bool {
+        // Not two of them at a time.
+        self.level = None;
+        self.level = self.decoder.preview();
+        self.level.is_some()
+    }
+
     /// The level that was reached last.
     pub fn level(&self) -> Option<&Level> {
         self.level.as_ref()
@@ -107,6 +124,38 @@ mod tests {
         }
         assert!(session.finish());
         assert_eq!(digest(&last.unwrap().mesh), digest(&mesh));
+    }
+
+    #[cfg(feature = "encoder")]
+    #[test]
+    fn a_level_in_groups_is_previewed_and_then_what_it_is_anyway() {
+        let limits = Limits::default();
+        let smooth = tercet::subdivide(&shapes::scan(100, 1), tercet::Scheme::Sqrt3, 4, &limits).unwrap();
+        let options = EncodeOptions { bits: Some(12), groups: true, ..EncodeOptions::default() };
+        let file = encode(&shapes::noisy(&smooth, 0.002, 1), &options).unwrap().bytes;
+        let exact = tercet::decode(&file, &limits).unwrap();
+
+        let mut session = Session::new(1 << 30, false);
+        assert!(!session.preview());
+        // The last eighth of the file is of its finest level; its first bytes are still to come.
+        let (order, ahead) = file.split_at(file.len() / 2);
+        let place = file.len() - file.len() / 8;
+        write(&mut session, order);
+        while session.advance() == Some(true) {}
+        assert!(session.preview());
+        let before = session.level().unwrap().pending;
+        let late = &file[place..];
+        session.input(late.len())[..late.len()].copy_from_slice(late);
+        assert!(session.glimpse(place as u64, late.len()) > 0);
+        assert!(session.preview());
+        assert!(session.level().unwrap().pending < before);
+        write(&mut session, ahead);
+        let mut last = None;
+        while session.advance() == Some(true) {
+            last = session.level().cloned();
+        }
+        assert!(session.finish());
+        assert_eq!(digest(&last.unwrap().mesh), digest(&exact));
     }
 
     #[test]

@@ -2,16 +2,18 @@
 //!
 //! DIR gets generated meshes of every kind, and the named ones, as `NAME.tct`, and `fixtures.json`: for
 //! each file the digest of every level, the byte at which each ends, and the time in which this decoder takes
-//! the whole file.
+//! the whole file. Beside files with levels in groups lies what a sender of datagrams sends of them, `NAME.sent`.
 
 use std::error::Error;
 use std::fmt::Write;
 use std::path::Path;
-use std::time::Instant;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
 use std::{env, fs};
 
 use tercet::io::{self, Format};
 use tercet::shapes::{annulus, grid, icosahedron, join, noisy, scan, shuffled, soup, torus};
+use tercet::transport::{Conditions, GilbertElliott, Goal, Objective, Sender, Settings, Source, Strategy};
 use tercet::{Decoder, EncodeOptions, LevelScheme, Limits, Mesh, Progressive, Scheme, encode, subdivide};
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
@@ -27,6 +29,11 @@ fn main() -> Result<()> {
     let exact = EncodeOptions::default();
     let rounded = EncodeOptions { bits: Some(12), ..exact };
     let ordered = EncodeOptions { keep_order: true, ..exact };
+    let grouped = EncodeOptions { groups: true, ..rounded };
+    // Details that are no zeros.
+    let rough = |base: &Mesh, scheme, steps| -> Result<Mesh> {
+        Ok(noisy(&subdivide(base, scheme, steps, &Limits::default())?, 0.002, 1))
+    };
     let smallest = |options| {
         let (progressive, scheme) = (Progressive::Smallest, LevelScheme::Adaptive);
         EncodeOptions { progressive, scheme, ..options }
@@ -45,6 +52,8 @@ fn main() -> Result<()> {
         // Smooth enough for late levels.
         ("late".to_owned(), torus(96, 48), smallest(rounded)),
         ("late-exact".to_owned(), torus(96, 48), smallest(exact)),
+        ("groups".to_owned(), rough(&scan(300, 1), Scheme::Sqrt3, 4)?, grouped),
+        ("groups-butterfly".to_owned(), rough(&grid(16, 12), Scheme::Butterfly, 3)?, grouped),
     ];
     for path in meshes.iter().map(Path::new) {
         let name = path.file_stem().ok_or("a mesh without a name")?.to_string_lossy();
@@ -57,14 +66,45 @@ fn main() -> Result<()> {
     for (name, mesh, options) in files {
         let bytes = encode(&mesh, &options)?.bytes;
         fs::write(folder.join(&name).with_extension("tct"), &bytes)?;
-        list.push(described(&name, &bytes)?);
+        list.push(described(&name, &bytes, options.groups)?);
+        if options.groups {
+            fs::write(folder.join(&name).with_extension("sent"), sent(&bytes)?)?;
+        }
     }
     fs::write(folder.join("fixtures.json"), format!("[\n{}\n]\n", list.join(",\n")))?;
     Ok(())
 }
 
+/// What a sender sends until there is twice the file, as no report reaches it: the file's identity, its opening and
+/// datagrams, each behind its length, a little-endian `u32`.
+fn sent(file: &[u8]) -> Result<Vec<u8>> {
+    let source = Arc::new(Source::new(file)?);
+    let (loss, round_trip) = (GilbertElliott::independent(0.1)?, Duration::from_millis(10));
+    let conditions = Conditions { loss, rate: 1e6, round_trip };
+    let (strategy, objective, goal) = (Strategy::Optimal, Objective::default(), Goal::Anytime);
+    let mut sender = Sender::new(source.clone(), Settings { strategy, objective, goal, conditions });
+    let mut out = Vec::new();
+    let mut add = |record: &[u8]| {
+        out.extend((record.len() as u32).to_le_bytes());
+        out.extend(record);
+    };
+    add(&source.id().0);
+    add(source.opening());
+    let (mut total, mut now) = (0, Duration::ZERO);
+    while total < 2 * file.len() {
+        match sender.next_packet(now) {
+            Some(datagram) => {
+                total += datagram.len();
+                add(&datagram);
+            }
+            None => now += Duration::from_millis(1),
+        }
+    }
+    Ok(out)
+}
+
 /// One file as a JSON object.
-fn described(name: &str, bytes: &[u8]) -> Result<String> {
+fn described(name: &str, bytes: &[u8], grouped: bool) -> Result<String> {
     let mut digests = Vec::new();
     let mut ends = Vec::new();
     let mut milliseconds = f64::INFINITY;
@@ -86,7 +126,7 @@ fn described(name: &str, bytes: &[u8]) -> Result<String> {
     let mut object = String::new();
     write!(
         object,
-        "{{\"name\":\"{name}\",\"milliseconds\":{milliseconds:.3},\"ends\":[{}],\"digests\":[{}]}}",
+        "{{\"name\":\"{name}\",\"grouped\":{grouped},\"milliseconds\":{milliseconds:.3},\"ends\":[{}],\"digests\":[{}]}}",
         ends.join(","),
         digests.join(",")
     )?;

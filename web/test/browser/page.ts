@@ -16,6 +16,7 @@ export function launch(): Promise<Browser> {
 /** What the page told of its levels and mishaps, each with the milliseconds since it was opened. */
 export interface Told {
   levels: { level: number; restored: boolean; estimated: boolean; arrived: number; painted: number }[];
+  previews: { level: number; vertices: number; pending: number }[];
   mishaps: { kind: string; at: number }[];
 }
 
@@ -32,7 +33,7 @@ export async function visit(browser: Browser, url: string, options: BrowserConte
   page.on("pageerror", (error) => errors.push(String(error)));
   page.on("console", (message) => { if (message.type() === "error") errors.push(message.text()); });
   await page.addInitScript(() => {
-    const told: Told = { levels: [], mishaps: [] };
+    const told: Told = { levels: [], previews: [], mishaps: [] };
     Object.assign(globalThis, { told });
     addEventListener("tercet-level", (event) => {
       const seen = { ...(event as CustomEvent<Told["levels"][0]>).detail, painted: Infinity };
@@ -40,6 +41,7 @@ export async function visit(browser: Browser, url: string, options: BrowserConte
       // The frame after the one in which it is drawn.
       requestAnimationFrame(() => requestAnimationFrame(() => (seen.painted = performance.now())));
     });
+    addEventListener("tercet-preview", (event) => told.previews.push((event as CustomEvent<Told["previews"][0]>).detail));
     addEventListener("tercet-mishap", (event) => told.mishaps.push((event as CustomEvent<Told["mishaps"][0]>).detail));
   });
   await page.goto(url);

@@ -4,12 +4,14 @@ import { after, before, test } from "node:test";
 import type { Browser } from "playwright-core";
 import { fixture, large, setting } from "../fixtures.js";
 import { Link } from "../link.js";
+import { radio } from "../radio.js";
 import { requestsForFiles, serve, type Running } from "../server.js";
-import { launch, reach, told, visit } from "./page.js";
+import { keep, launch, reach, told, visit } from "./page.js";
 
 const link = new Link(setting("TERCET_VIEWER"));
 const address = await link.listen();
-const files = { "large.tct": large.bytes, "small.tct": fixture("scan").bytes };
+const groups = fixture("groups");
+const files = { "large.tct": large.bytes, "small.tct": fixture("scan").bytes, "groups.tct": groups.bytes };
 let browser: Browser;
 before(async () => { browser = await launch(); });
 after(async () => {
@@ -33,6 +35,38 @@ test("a mesh comes by datagrams, a tenth of which is lost, and is the original",
   assert.ok(levels.length > 3, "levels come one after the other");
   t.diagnostic(`${large.name}: first level ${levels[0]!.arrived.toFixed(0)} ms, whole ${levels.at(-1)!.arrived.toFixed(0)} ms`);
   assert.deepEqual([foreign, errors], [[], []]);
+  await close();
+});
+
+test("a level in groups is shown while it arrives, and is the original in the end", async (t) => {
+  const server = await serve(files, ["--webtransport", "--inject-loss", "0.1", "--inject-seed", "1"]);
+  t.after(() => server.close());
+  const { port } = (await (await fetch(`${server.address}/webtransport.json`)).json()) as { port: number };
+  // The machine's own way would bring the file between two frames.
+  const way = await radio(port, 20, 20);
+  t.after(() => way.close());
+  // Levels that grow would keep previews waiting.
+  const { page, foreign, errors, close } = await visit(browser, "about:blank", { reducedMotion: "reduce" });
+  await page.addInitScript((port) => {
+    globalThis.WebTransport = class extends WebTransport {
+      constructor(url: string | URL, options?: WebTransportOptions) {
+        super(String(url).replace(/:\d+\//, `:${port}/`), options);
+      }
+    };
+  }, way.port);
+  await page.goto(view(server, "groups.tct"));
+  // The page says how much of the level is there.
+  await page.waitForFunction(() => / % here$/.test(document.getElementById("level-text")!.textContent!));
+  await keep(page, "holes");
+  await reach(page, "done");
+  assert.deepEqual(await page.evaluate(dataset), { digest: groups.digests.at(-1), protocol: "wt" });
+  assert.equal(await requestsForFiles(server.address), 0, "nothing came by HTTP");
+  const { levels, previews, mishaps } = await told(page);
+  t.diagnostic(`level: vertices pending: ${previews.map(({ level, pending }) => `${level}: ${pending}`).join(", ")}`);
+  assert.ok(previews.length > 1, `${previews.length}`);
+  assert.equal(levels.length, groups.digests.length, "previews are no levels");
+  assert.ok(previews.every(({ pending, vertices }) => pending < vertices));
+  assert.deepEqual([mishaps, foreign, errors], [[], [], []]);
   await close();
 });
 

@@ -5,7 +5,8 @@ import { test } from "node:test";
 import { Instance, TercetDecoder, TercetError, WorkerPool, type Level } from "tercet";
 import { fixture, fixtures, large, setting } from "../fixtures.js";
 
-const module = await WebAssembly.compile(readFileSync(join(setting("TERCET_WASM"), "decoder.wasm")));
+const compiled = (name: string) => WebAssembly.compile(readFileSync(join(setting("TERCET_WASM"), name)));
+const [module, full] = await Promise.all([compiled("decoder.wasm"), compiled("encoder.wasm")]);
 
 /** FNV-1a as the native side computes it, without the module's help. */
 function digest({ positions, indices }: Level): string {
@@ -16,8 +17,8 @@ function digest({ positions, indices }: Level): string {
   return hash.toString(16).padStart(16, "0");
 }
 
-function decoded(bytes: Uint8Array, portion = bytes.length): Level[] {
-  const instance = new Instance(module, { digest: true });
+function decoded(bytes: Uint8Array, portion = bytes.length, code = module): Level[] {
+  const instance = new Instance(code, { digest: true });
   const levels: Level[] = [];
   for (let at = 0; at < bytes.length; at += portion) {
     instance.push(bytes.subarray(at, at + portion));
@@ -27,9 +28,9 @@ function decoded(bytes: Uint8Array, portion = bytes.length): Level[] {
   return levels;
 }
 
-for (const { name, bytes, digests } of fixtures) {
+for (const { name, grouped, bytes, digests } of fixtures) {
   test(`${name}: every level has the native decoder's digest`, () => {
-    const levels = decoded(bytes);
+    const levels = decoded(bytes, bytes.length, grouped ? full : module);
     const short = bytes.length < 20_000;
     assert.equal(levels.length, digests.length);
     levels.forEach((level, i) => {
@@ -110,6 +111,39 @@ for (const [name, times] of [["late", 2], ["late-exact", 3]] as const) {
     assert.ok(moved > (settled!.positions.length - early) / 2, `${moved}`);
   });
 }
+
+test("what came before its turn is shown, and changes nothing", () => {
+  const { bytes, digests, ends } = fixture("groups");
+  const last = ends.length - 1;
+  const [start, end] = [Math.floor((ends[last - 1]! + ends[last]!) / 2), ends[last]!];
+  const late = Uint8Array.from(bytes.subarray(start, end));
+  const forged = late.map((byte, i) => (i % 97 === 0 ? byte ^ 0x55 : byte));
+  for (const seen of [late, forged]) {
+    const instance = new Instance(full);
+    const levels: Level[] = [];
+    const push = (from: number, to: number) => {
+      instance.push(bytes.subarray(from, to));
+      for (let level; (level = instance.next()); ) levels.push(level);
+    };
+    assert.equal(instance.preview([{ place: start, bytes: late }]), undefined);
+    push(0, start - 3000);
+    const preview = instance.preview([{ place: start, bytes: seen }]);
+    if (seen === late) {
+      const { level, restored, kept, pending, positions } = preview!;
+      assert.deepEqual([level, restored], [last, false]);
+      assert.ok(pending > 0 && pending < positions.length / 3 - kept);
+      assert.equal(instance.preview([{ place: 0, bytes: late }]), undefined, "those bytes lie elsewhere");
+    }
+    push(start - 3000, bytes.length);
+    instance.finish();
+    assert.deepEqual(levels.map(digest), digests);
+    if (preview) assert.deepEqual(preview.indices, levels[last]!.indices);
+  }
+});
+
+test("a module without groups shows nothing before its turn", () => {
+  assert.equal(new Instance(module).preview([{ place: 0, bytes: new Uint8Array(9) }]), undefined);
+});
 
 test("a file cannot ask for more memory than it may", () => {
   const instance = new Instance(module, { maxMemory: 100_000 });
