@@ -18,9 +18,10 @@ use super::tabled::{TableModels, Walk};
 use super::vector::{COORDINATE_LIMIT, Point, Vector};
 use crate::entropy::Coder;
 use crate::mesh::{NONE, Surface};
+use crate::parallel;
 use crate::subdivide::{
-    FRACTION_BITS, Refined, StepKind, Update, applies, predict_regular, refine, refine_regular, round,
-    unlift_positions,
+    FRACTION_BITS, Refined, StepKind, Update, applies, flip_edges, predict_regular, refine_regular, round,
+    split_faces, unlift_positions,
 };
 use crate::{Effort, Error, GROUPS, Limits, Result};
 use std::borrow::Cow;
@@ -379,10 +380,21 @@ impl Levels {
         let sketch = Sketch::new(surface, &self.field.positions);
         self.split.code(coder, surface, &sketch, &mut split);
         announced(split.iter().filter(|&&s| s).count() as u64)?;
-        let estimates = estimate(surface, &self.field.positions, &sketch, &split);
-        let flips = self.flip.code(coder, surface, &sketch, &split, &flip);
+        // What splits make of the surface does not wait for the flips; but for one thread the sketch goes first, for
+        // the sake of memory.
+        let at_once = parallel::threads() > 1;
+        let (flips, (estimates, refined)) = parallel::join(
+            split.len(),
+            || self.flip.code(coder, surface, &sketch, &split, &flip),
+            || {
+                let estimates = estimate(surface, &self.field.positions, &sketch, &split);
+                (estimates, at_once.then(|| split_faces(surface, &split)))
+            },
+        );
         drop(sketch);
-        Ok(Step { kind, refined: refine(surface, &split, &flips), estimates })
+        let mut refined = refined.unwrap_or_else(|| split_faces(surface, &split));
+        flip_edges(surface, &split, &flips, &mut refined);
+        Ok(Step { kind, refined, estimates })
     }
 
     /// The real vertices of the surface that `step` leads to, as they would lie without details: the

@@ -7,6 +7,7 @@
 use super::shape::{FaceShape, VIRTUAL, direction};
 use super::vector::{Point, Vector, dot, sub};
 use crate::mesh::Surface;
+use crate::parallel;
 
 /// Ratios of squares to areas, in 1/256, are held below this.
 const MOST_RATIO: i16 = 1 << 14;
@@ -46,34 +47,52 @@ impl Sketch {
     /// Looks at every face of `surface` once; time O(n).
     pub fn new(surface: &Surface, positions: &[Point]) -> Self {
         let faces = surface.faces() as usize;
-        let mut sums = vec![Sum::default(); surface.vertices as usize];
-        let (mut area, mut ratio) = (Vec::with_capacity(faces), Vec::with_capacity(faces));
-        for t in surface.vertex.chunks_exact(3) {
-            let t = [t[0], t[1], t[2]];
-            if t.iter().any(|&v| surface.is_virtual(v)) {
-                area.push(VIRTUAL);
-                t.iter().for_each(|&v| sums[v as usize].hidden += 1);
-                ratio.push(t.map(|v| if surface.is_virtual(v) { MOST_RATIO } else { 0 }));
-                continue;
-            }
-            let p = t.map(|v| positions[v as usize]);
-            let (shape, normal) = FaceShape::new(p);
-            for v in t {
-                let sum = &mut sums[v as usize];
-                // A fan would need thousands of the largest faces to leave 64 bits.
-                sum.normal = [0, 1, 2].map(|k| sum.normal[k].wrapping_add(normal[k]));
-                sum.area = sum.area.wrapping_add(shape.area as u32);
-                sum.real += 1;
-            }
-            area.push(shape.area);
-            let edges = [0, 1, 2].map(|k| sub(p[(k + 1) % 3], p[(k + 2) % 3]));
-            ratio.push(shape.inverse.halves(edges.map(|edge| dot(edge, edge)), MOST_RATIO));
+        let (mut area, mut ratio) = (vec![0; faces], vec![[0; 3]; faces]);
+        let run = parallel::run(faces);
+        let corners = surface.vertex.as_chunks::<3>().0.chunks(run);
+        let runs: Vec<_> = corners.zip(area.chunks_mut(run).zip(ratio.chunks_mut(run))).collect();
+        let sums = parallel::sums(
+            runs,
+            surface.vertices as usize,
+            |(corners, (area, ratio)), sums| {
+                for ((&t, area), ratio) in corners.iter().zip(area).zip(ratio) {
+                    (*area, *ratio) = Sketch::face(surface, positions, t, sums);
+                }
+            },
+            Sum::add,
+        );
+        let mut vertex = vec![VertexSketch { normal: [0; 3], area: 0, valence: 0 }; sums.len()];
+        parallel::for_entries(&mut vertex, |v, vertex| *vertex = sums[v].sketch());
+        Sketch { area, ratio, vertex }
+    }
+
+    /// Area and ratios of a face, which adds to the sums at its vertices.
+    #[inline(always)]
+    fn face(surface: &Surface, positions: &[Point], t: [u32; 3], sums: &mut [Sum]) -> (i16, [i16; 3]) {
+        if t.iter().any(|&v| surface.is_virtual(v)) {
+            t.iter().for_each(|&v| sums[v as usize].hidden += 1);
+            return (VIRTUAL, t.map(|v| if surface.is_virtual(v) { MOST_RATIO } else { 0 }));
         }
-        Sketch { area, ratio, vertex: sums.into_iter().map(Sum::sketch).collect() }
+        let p = t.map(|v| positions[v as usize]);
+        let (shape, normal) = FaceShape::new(p);
+        for v in t {
+            sums[v as usize].add(Sum { normal, area: shape.area as u32, real: 1, hidden: 0 });
+        }
+        let edges = [0, 1, 2].map(|k| sub(p[(k + 1) % 3], p[(k + 2) % 3]));
+        (shape.area, shape.inverse.halves(edges.map(|edge| dot(edge, edge)), MOST_RATIO))
     }
 }
 
 impl Sum {
+    #[inline(always)]
+    fn add(&mut self, other: Sum) {
+        // A fan would need thousands of the largest faces to leave 64 bits.
+        self.normal = [0, 1, 2].map(|k| self.normal[k].wrapping_add(other.normal[k]));
+        self.area = self.area.wrapping_add(other.area);
+        self.real += other.real;
+        self.hidden += other.hidden;
+    }
+
     fn sketch(self) -> VertexSketch {
         VertexSketch {
             normal: direction(self.normal),
