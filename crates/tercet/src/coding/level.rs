@@ -21,8 +21,8 @@ use crate::entropy::Coder;
 use crate::mesh::{NONE, Surface};
 use crate::parallel;
 use crate::subdivide::{
-    FRACTION_BITS, Refined, StepKind, Update, applies, predict_regular, refine, refine_regular, round,
-    unlift_positions,
+    FRACTION_BITS, Refined, StepKind, Update, applies, flip_edges, predict_regular, refine_regular, round,
+    split_faces, unlift_positions,
 };
 use crate::{Effort, Error, GROUPS, Limits, Result};
 use std::borrow::Cow;
@@ -416,10 +416,21 @@ impl Levels {
             self.bits.get_or_insert_with(|| (SplitModels::new(effort), FlipModels::new(effort)));
         split_models.code(coder, surface, &sketch, &mut split);
         announced(split.iter().filter(|&&s| s).count() as u64)?;
-        let estimates = estimate(surface, &self.field.positions, &sketch, &split);
-        let flips = flip_models.code(coder, surface, &sketch, &split, &flip);
+        // What splits make of the surface does not wait for the flips; but for one thread the sketch goes first, for
+        // the sake of memory.
+        let at_once = parallel::threads() > 1;
+        let (flips, (estimates, refined)) = parallel::join(
+            split.len(),
+            || flip_models.code(coder, surface, &sketch, &split, &flip),
+            || {
+                let estimates = estimate(surface, &self.field.positions, &sketch, &split);
+                (estimates, at_once.then(|| split_faces(surface, &split)))
+            },
+        );
         drop(sketch);
-        Ok(Step { kind, refined: refine(surface, &split, &flips), estimates })
+        let mut refined = refined.unwrap_or_else(|| split_faces(surface, &split));
+        flip_edges(surface, &split, &flips, &mut refined);
+        Ok(Step { kind, refined, estimates })
     }
 
     /// The real vertices of the surface that `step` leads to, as they would lie without details: the

@@ -7,6 +7,7 @@
 use super::shape::{FaceShape, VIRTUAL, direction};
 use super::vector::{Point, Vector, dot, sub};
 use crate::mesh::Surface;
+use crate::parallel;
 
 /// Ratios of squares to areas, in 1/256, are held below this.
 const MOST_RATIO: i16 = 1 << 14;
@@ -45,11 +46,24 @@ struct Sum {
 impl Sketch {
     /// Looks at every face of `surface` once; time O(n).
     pub fn new(surface: &Surface, positions: &[Point]) -> Self {
-        let positions = &positions[..surface.vertices as usize];
-        let mut sums = vec![Sum::default(); positions.len()];
-        let faces = surface.vertex.as_chunks().0.iter();
-        let (area, ratio) = faces.map(|&t| Sketch::face(surface, positions, t, &mut sums)).unzip();
-        Sketch { area, ratio, vertex: sums.into_iter().map(Sum::sketch).collect() }
+        let faces = surface.faces() as usize;
+        let (mut area, mut ratio) = (vec![0; faces], vec![[0; 3]; faces]);
+        let run = parallel::run(faces);
+        let corners = surface.vertex.as_chunks::<3>().0.chunks(run);
+        let runs: Vec<_> = corners.zip(area.chunks_mut(run).zip(ratio.chunks_mut(run))).collect();
+        let sums = parallel::sums(
+            runs,
+            surface.vertices as usize,
+            |(corners, (area, ratio)), sums| {
+                for ((&t, area), ratio) in corners.iter().zip(area).zip(ratio) {
+                    (*area, *ratio) = Sketch::face(surface, positions, t, sums);
+                }
+            },
+            Sum::add,
+        );
+        let mut vertex = vec![VertexSketch { normal: [0; 3], area: 0, valence: 0 }; sums.len()];
+        parallel::for_entries(&mut vertex, |v, vertex| *vertex = sums[v].sketch());
+        Sketch { area, ratio, vertex }
     }
 
     /// Area and ratios of a face, which adds to the sums at its vertices.

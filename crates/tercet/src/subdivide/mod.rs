@@ -25,9 +25,9 @@ pub use forward::{Scheme, subdivide};
 pub use lifting::Update;
 pub(crate) use lifting::{lift_positions, unlift_positions};
 pub(crate) use predict::{FRACTION_BITS, predict_regular, round, subdivide_surface};
+pub(crate) use refine::{Refined, flip_edge, flip_edges, split_faces};
 #[cfg(test)]
-pub(crate) use refine::flipped;
-pub(crate) use refine::{Refined, flip_edge, refine};
+pub(crate) use refine::{flipped, refine};
 pub(crate) use stencil::for_each_stencil;
 
 use crate::mesh::Surface;

@@ -32,17 +32,20 @@ pub(crate) struct Refined {
 ///        x                 x
 /// ```
 pub(crate) fn refine(coarse: &Surface, split: &[bool], flips: &[u32]) -> Refined {
+    let mut refined = split_faces(coarse, split);
+    flip_edges(coarse, split, flips, &mut refined);
+    refined
+}
+
+/// The first half of [`refine`]: splits the faces with `split[f]`.
+pub(crate) fn split_faces(coarse: &Surface, split: &[bool]) -> Refined {
     let mut first = Vec::with_capacity(split.len());
     let mut count = 0;
     for &s in split {
         first.push(count);
         count += if s { 3 } else { 1 };
     }
-    // The corner that faces the edge that coarse corner `c` faces, before flips.
-    let heir = |c: u32| {
-        let (f, k) = (c / 3, c % 3);
-        3 * first[f as usize] + if split[f as usize] { 3 * k + 2 } else { k }
-    };
+    let heir = |c: u32| heir(&first, split, c);
     // Each face is written as if it were split; what is too much the next one overwrites.
     const SPARE: usize = 6;
     let corners = 3 * count as usize;
@@ -62,11 +65,22 @@ pub(crate) fn refine(coarse: &Surface, split: &[bool], flips: &[u32]) -> Refined
     }
     vertex.truncate(corners);
     opposite.truncate(corners);
-    let mut fine = Surface { vertex, opposite, vertices: v, virtuals: coarse.virtuals };
+    Refined { surface: Surface { vertex, opposite, vertices: v, virtuals: coarse.virtuals }, first }
+}
+
+/// The second half of [`refine`]: flips the edges opposite to the corners `flips`.
+pub(crate) fn flip_edges(coarse: &Surface, split: &[bool], flips: &[u32], refined: &mut Refined) {
+    let Refined { surface, first } = refined;
     for &c in flips {
-        flip_edge(&mut fine, heir(c), heir(coarse.across(c)));
+        flip_edge(surface, heir(first, split, c), heir(first, split, coarse.across(c)));
     }
-    Refined { surface: fine, first }
+}
+
+/// The corner that faces the edge that coarse corner `c` faces, before flips.
+#[inline(always)]
+fn heir(first: &[u32], split: &[bool], c: u32) -> u32 {
+    let (f, k) = (c / 3, c % 3);
+    3 * first[f as usize] + if split[f as usize] { 3 * k + 2 } else { k }
 }
 
 /// The corners before their opposites whose edges are flipped, of `flip` with one entry a corner, equal on both

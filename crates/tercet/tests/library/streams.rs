@@ -73,3 +73,22 @@ fn late_positions_do_so_too() {
     let (found, error) = within(360);
     assert!(found.len() > levels, "{error:?}");
 }
+
+/// Large enough that all that threads share is shared.
+#[cfg(feature = "rayon")]
+#[test]
+fn bytes_and_mesh_do_not_depend_on_the_number_of_threads() {
+    let mesh = scan(110_000, 7);
+    for effort in [Effort::Fast, Effort::Default] {
+        let coded = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| {
+                let bytes = encode(&mesh, &options(effort)).unwrap().bytes;
+                let decoded = decode(&bytes, &Limits::default()).unwrap();
+                (bytes, decoded)
+            })
+        };
+        let one = coded(1);
+        (2..4).for_each(|threads| assert!(coded(threads) == one, "{threads} threads, {effort:?}"));
+    }
+}
