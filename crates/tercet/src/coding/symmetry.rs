@@ -16,7 +16,7 @@ pub(crate) struct Symmetry {
 }
 
 /// So many vertices are looked at …
-const SAMPLES: usize = 512;
+const SAMPLES: usize = 256;
 /// … one of how many of which must have a mirror image.
 const ONE_OF: usize = 6;
 

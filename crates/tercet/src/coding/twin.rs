@@ -67,6 +67,8 @@ struct Candidate {
 impl Twins {
     /// Of a pass over a surface whose vertices `known` are known and whose others lie where they are expected.
     /// Time O(n).
+    // Here and below: one copy serves all passes and profiles.
+    #[inline(never)]
     pub fn new(symmetry: Symmetry, surface: &Surface, known: Range<u32>, positions: &[Point]) -> Self {
         let buckets = (known.len() + 1).next_power_of_two();
         let next = vec![NONE; surface.vertices as usize];
@@ -131,6 +133,7 @@ impl Twins {
 
     /// The vertex nearest to `p`, on no axis farther than `radius`, and how far it is. Time O(1) for a radius of half a
     /// cell at most.
+    #[inline(never)]
     fn nearest(&self, p: Point, radius: i32, positions: &[Point]) -> Option<(u32, u32)> {
         // One cell or two on each axis.
         let low = p.map(|x| (x - radius) >> self.shift);
@@ -187,6 +190,7 @@ impl TwinModels {
 
     /// Codes where the vertex whose turn it is lies, which is `expected` in 1/256 and `target` when encoding, if it has
     /// a twin. Time O(1).
+    #[inline(never)]
     pub fn code<C: Coder>(
         &mut self,
         coder: &mut C,
