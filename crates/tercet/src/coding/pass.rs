@@ -95,10 +95,10 @@ pub(crate) struct Pass<'a> {
 }
 
 impl Pass<'_> {
-    /// What the pass begins to look for twins in, if it does.
+    /// What the pass begins to look for twins in, if it does. Of `positions` only those that were known before it are
+    /// looked at: other regions may have changed the rest.
     pub fn twins(&self, positions: &[Point]) -> Option<Twins> {
-        let known = self.surface.virtuals..self.first;
-        self.symmetry.map(|symmetry| Twins::new(symmetry, self.surface, known, positions))
+        self.symmetry.map(|symmetry| Twins::new(symmetry, self, positions))
     }
 }
 

@@ -5,11 +5,12 @@
 //! lattices and planes of symmetry do not care for each other, and none of its coordinates is coded. That holds for one
 //! of each pair at most: the other one came before.
 
+use super::pass::Pass;
 use super::symmetry::Symmetry;
 use super::vector::{COORDINATE_LIMIT, Point, Vector};
 use crate::entropy::{Coder, Counter};
-use crate::mesh::{NONE, Surface};
-use std::ops::Range;
+use crate::mesh::NONE;
+use crate::subdivide::round;
 
 /// So many vertices of a cell are looked at.
 const MOST: usize = 16;
@@ -65,13 +66,13 @@ struct Candidate {
 }
 
 impl Twins {
-    /// Of a pass over a surface whose vertices `known` are known and whose others lie where they are expected.
-    /// Time O(n).
+    /// Of a pass before which its known vertices lie at `positions`. Time O(n).
     // Here and below: one copy serves all passes and profiles.
     #[inline(never)]
-    pub fn new(symmetry: Symmetry, surface: &Surface, known: Range<u32>, positions: &[Point]) -> Self {
+    pub fn new(symmetry: Symmetry, pass: &Pass, positions: &[Point]) -> Self {
+        let known = pass.surface.virtuals..pass.first;
         let buckets = (known.len() + 1).next_power_of_two();
-        let next = vec![NONE; surface.vertices as usize];
+        let next = vec![NONE; pass.surface.vertices as usize];
         let (heads, spare) = (vec![NONE; buckets], 31 - buckets.ilog2());
         let mut twins = Twins { symmetry, shift: PAIRING, heads, spare, next, found: false };
         known.clone().for_each(|v| twins.add(v, positions[v as usize]));
@@ -80,7 +81,7 @@ impl Twins {
             .filter(|&v| twins.nearest(symmetry.image(positions[v as usize]), 1, positions).is_none())
             .collect();
         twins.heads.fill(NONE);
-        twins.shift = mean_edge(surface, positions).max(1).ilog2() + OCTAVES;
+        twins.shift = mean_edge(pass, positions).max(1).ilog2() + OCTAVES;
         lone.into_iter().for_each(|v| twins.add(v, positions[v as usize]));
         twins
     }
@@ -169,12 +170,18 @@ impl Twins {
     }
 }
 
-/// The mean extent of an edge between real vertices, on the axis where that is greatest; of the first edge of each face.
-fn mean_edge(surface: &Surface, positions: &[Point]) -> u32 {
+/// The mean extent of an edge between real vertices, on the axis where that is greatest; of the first edge of each face,
+/// with the vertices of the pass where they are expected.
+fn mean_edge(pass: &Pass, positions: &[Point]) -> u32 {
+    let &Pass { surface, first, estimates, .. } = pass;
+    let place = |v: u32| match v.checked_sub(first).and_then(|i| estimates.get(i as usize)) {
+        Some(&estimate) => round(estimate),
+        None => positions[v as usize],
+    };
     let (mut sum, mut count) = (0u64, 0);
     for t in surface.vertex.chunks_exact(3) {
         if !surface.is_virtual(t[0]) && !surface.is_virtual(t[1]) {
-            let (p, q) = (positions[t[0] as usize], positions[t[1] as usize]);
+            let (p, q) = (place(t[0]), place(t[1]));
             sum += (0..3).map(|k| p[k].abs_diff(q[k])).max().unwrap_or(0) as u64;
             count += 1;
         }
@@ -225,10 +232,14 @@ impl TwinModels {
 
 #[cfg(test)]
 mod tests {
+    use super::super::axes::AxisOrder;
+    use super::super::pass::ANYWHERE;
+    use super::super::ring::NEAR;
     use super::*;
     use crate::entropy::{Decoder, Encoder};
-    use crate::mesh::cut;
+    use crate::mesh::{Surface, cut};
     use crate::shapes::grid;
+    use crate::subdivide::FRACTION_BITS;
 
     /// A grid of 21 × 12 vertices, ten steps apart and rough, whose left and right halves are mirror images; those
     /// before `known` are known.
@@ -242,8 +253,42 @@ mod tests {
             [10 * x + rough * x.signum(), 10 * y + rough, rough]
         }));
         let symmetry = Symmetry::find(&positions[first as usize..], [0; 3]).unwrap();
-        let twins = Twins::new(symmetry, &surface, first..known, &positions);
+        let twins = twins(symmetry, &surface, known, &positions, &positions);
         (symmetry, surface, positions, twins)
+    }
+
+    /// Of a pass over the vertices from `first` on, which are expected at `expected` and lie, so far, at `positions`.
+    fn twins(
+        plane: Symmetry,
+        surface: &Surface,
+        first: u32,
+        expected: &[Point],
+        positions: &[Point],
+    ) -> Twins {
+        let estimates: Vec<Vector> =
+            expected[first as usize..].iter().map(|p| p.map(|x| (x as i64) << FRACTION_BITS)).collect();
+        let (bits, origin) = ANYWHERE;
+        let pass = Pass {
+            surface,
+            first,
+            estimates: &estimates,
+            order: AxisOrder::NormalLast,
+            by_support: true,
+            shares: &NEAR,
+            bits,
+            origin,
+            symmetry: Some(plane),
+        };
+        pass.twins(positions).unwrap()
+    }
+
+    #[test]
+    fn what_other_regions_have_coded_changes_nothing() {
+        let (symmetry, surface, expected, before) = pass(120);
+        let mut positions = expected.clone();
+        positions.iter_mut().skip(120).for_each(|p| *p = p.map(|x| 50 * x));
+        let after = twins(symmetry, &surface, 120, &expected, &positions);
+        assert_eq!((before.shift, before.heads, before.next), (after.shift, after.heads, after.next));
     }
 
     #[test]
