@@ -115,9 +115,9 @@ pub(crate) struct Progress {
 }
 
 impl Progress {
-    /// Of a pass that has not begun.
-    pub fn new(traversal: Traversal, pass: &Pass, positions: &[Point]) -> Self {
-        Progress { traversal, errors: vec![[0; 3]; pass.estimates.len()], twins: pass.twins(positions) }
+    /// Of a pass, or a region of it, that has not begun.
+    pub fn new(traversal: Traversal, twins: Option<Twins>, pass: &Pass) -> Self {
+        Progress { traversal, errors: vec![[0; 3]; pass.estimates.len()], twins }
     }
 
     /// Codes the vertices of the pass that are left, those of `targets` when encoding, until all are coded or
