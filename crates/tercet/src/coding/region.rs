@@ -86,7 +86,7 @@ impl Start {
 
     fn region(&self, index: u32, of: u32, pass: &Pass) -> Progress {
         let traversal = self.support.clone().visit_share(pass.surface.faces(), Share { index, of });
-        Progress::new(traversal, self.twins.clone(), pass)
+        Progress::new(traversal, self.twins.clone())
     }
 }
 
@@ -149,7 +149,7 @@ impl Regions {
                     true => Support::new(pass.surface, pass.first).visit_all(),
                     false => Traversal::by_number(pass.surface, pass.first),
                 };
-                Progress::new(traversal, pass.twins(&field.positions), pass)
+                Progress::new(traversal, pass.twins(&field.positions))
             }
         }
     }
