@@ -44,6 +44,7 @@ mod shape;
 mod site;
 mod sketch;
 mod split;
+mod star;
 mod spread;
 pub(crate) mod supplement;
 mod symmetry;

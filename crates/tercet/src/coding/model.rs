@@ -77,6 +77,52 @@ impl<const N: usize> BitModel<N> {
     }
 }
 
+/// Predicts one kind of decision from two contexts, for speed: where the first is sure, by that alone, and elsewhere
+/// by both, mixed by weights that a set selects.
+pub(crate) struct PairModel {
+    first: Vec<Counter>,
+    second: Vec<Counter>,
+    mixer: Mixer,
+}
+
+/// The first context is sure where either outcome has a probability below this, in 1/65536.
+const SURE: u16 = 1 << 12;
+const PAIR_RATE: i32 = 400;
+
+impl PairModel {
+    /// Begins with what the digits of contexts say, and with these weights (in 1/8192).
+    pub fn expecting(contexts: [&[&[i16]]; 2], weights: [i16; 2], sets: usize) -> Self {
+        let [first, second] = contexts.map(|context| priors::counters(&[context]));
+        let [a, b] = weights;
+        PairModel { first, second, mixer: Mixer::new(sets, |_| [[a, b, 0, 0, 0, 0, 0, 0]]) }
+    }
+
+    /// Codes `bit` and learns it. `further` are the second context and the set, if they are asked for.
+    #[inline(always)]
+    pub fn code<C: Coder>(
+        &mut self,
+        coder: &mut C,
+        bit: bool,
+        first: usize,
+        further: impl FnOnce() -> (usize, usize),
+    ) -> bool {
+        let first = &mut self.first[first];
+        if first.p().wrapping_add(SURE) < 2 * SURE {
+            return first.code(coder, bit, LIMIT);
+        }
+        let (second, set) = further();
+        let second = &mut self.second[second];
+        let opinions = &[Opinions::new([first.logit(), second.logit(), 0, 0, 0, 0, 0, 0])];
+        let weights = self.mixer.set(set);
+        let p = squash(weights.mix(opinions));
+        let bit = coder.bit(bit, p);
+        weights.learn(opinions, error(bit, p), PAIR_RATE);
+        first.learn(bit, LIMIT);
+        second.learn(bit, LIMIT);
+        bit
+    }
+}
+
 /// Codes a number below 2³² − 1 of which nothing is known: its length in bits, then the bits
 /// (Elias gamma).
 pub(crate) fn number<C: Coder>(coder: &mut C, value: u32) -> u32 {

@@ -73,8 +73,8 @@ pub(super) static FLIP: Contexts = [
 ];
 
 /// What the contexts weigh at first, in 1/8192.
-pub(super) const SPLIT_WEIGHTS: [i16; 4] = [3884, 2515, 2833, 3424];
-pub(super) const FLIP_WEIGHTS: [i16; 4] = [2930, 3421, 3217, 2858];
+pub(super) const SPLIT_WEIGHTS: [i16; 2] = [6800, 5000];
+pub(super) const FLIP_WEIGHTS: [i16; 2] = [5900, 6300];
 
 /// Counters for all values of some contexts, one context after the other.
 pub(super) fn counters(contexts: &[&[&[i16]]]) -> Vec<Counter> {

@@ -4,7 +4,7 @@
 //! for three fine ones. What its neighbours did and which valences would result tell the rest.
 //! Profiles differ in how many opinions they hear.
 
-use super::model::{BitModel, LIMIT};
+use super::model::{LIMIT, PairModel};
 #[cfg(feature = "max")]
 use super::panel::SplitPanel;
 use super::priors;
@@ -18,7 +18,7 @@ use crate::mesh::Surface;
 pub(crate) enum SplitModels {
     /// One opinion.
     Counted(Vec<Counter>),
-    Mixed(BitModel<4>),
+    Mixed(PairModel),
     /// More of them, for size.
     #[cfg(feature = "max")]
     Panel(Box<SplitPanel>),
@@ -61,7 +61,8 @@ impl SplitModels {
             #[cfg(feature = "max")]
             Effort::Max => SplitModels::Panel(Box::default()),
             _ => {
-                SplitModels::Mixed(BitModel::expecting(priors::SPLIT, priors::SPLIT_WEIGHTS, Face::SETS, 260))
+                let contexts = [priors::SPLIT[0], priors::SPLIT[2]];
+                SplitModels::Mixed(PairModel::expecting(contexts, priors::SPLIT_WEIGHTS, Face::SETS))
             }
         }
     }
@@ -76,7 +77,9 @@ impl SplitModels {
             let face = course.look(index, corners, opposites);
             *bit = match self {
                 SplitModels::Counted(counters) => counters[face.context()].code(coder, *bit, LIMIT),
-                SplitModels::Mixed(bits) => bits.code(coder, *bit, face.set(), face.contexts()),
+                SplitModels::Mixed(bits) => {
+                    bits.code(coder, *bit, face.context(), || (face.corners_context(), face.set()))
+                }
                 #[cfg(feature = "max")]
                 SplitModels::Panel(panel) => panel.code(coder, *bit, &face),
             };
@@ -178,6 +181,12 @@ impl Face<'_> {
         self.neighbours * 2 + self.is_virtual() as usize
     }
 
+    /// The second opinion of the default profile.
+    #[inline(always)]
+    fn corners_context(&self) -> usize {
+        self.tightest() * 16 + self.neighbours
+    }
+
     #[inline(always)]
     pub fn contexts(&self) -> [usize; 4] {
         let shape = match self.is_virtual() {
@@ -187,7 +196,7 @@ impl Face<'_> {
         [
             self.context(),
             self.valences() * 2 + self.is_virtual() as usize,
-            self.tightest() * 16 + self.neighbours,
+            self.corners_context(),
             shape,
         ]
     }
