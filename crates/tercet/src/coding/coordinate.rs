@@ -168,14 +168,14 @@ struct Walk {
 }
 
 impl Walk {
-    /// Turns to the magnitudes below the centre.
+    /// Turns to the magnitudes below the centre, if `sign` is −1 and not 0: which of them a processor could not guess.
     #[inline(always)]
-    fn mirror(&mut self) {
-        self.z = self.z.map(|z| -z);
+    fn mirror(&mut self, sign: i32) {
+        self.z = self.z.map(|z| (z ^ sign) - sign);
         // centre − 1 − v is −1 − (v − centre); what was too far above is too far below.
-        self.candidates.0 = !self.candidates.0;
+        self.candidates.0 ^= i16x16::splat(sign as i16);
         // Those that were not below 0 are now.
-        self.middle = !self.middle;
+        self.middle ^= sign as Subset;
     }
 
     /// How many candidates of a list lie in either part, as digits of base 4.
@@ -217,12 +217,10 @@ impl CoordinateModels {
         let window = (4 << unit) + 1;
         [walk.low, walk.middle, walk.high] = [-window, 0, window].map(|bound| walk.candidates.below(bound));
         let negative = self.decide(coder, value < centre, SIDE, &walk, walk.z);
-        if negative {
-            walk.mirror();
-        }
-        let magnitude = if negative { centre - 1 - value } else { value - centre };
-        let magnitude = self.magnitude(coder, magnitude, unit, experts, &mut walk);
-        let value = if negative { centre - 1 - magnitude } else { centre + magnitude };
+        let sign = -(negative as i64);
+        walk.mirror(sign as i32);
+        let magnitude = self.magnitude(coder, (value - centre) ^ sign, unit, experts, &mut walk);
+        let value = centre + (magnitude ^ sign);
         value.clamp(-(COORDINATE_LIMIT as i64), COORDINATE_LIMIT as i64) as i32
     }
 

@@ -184,7 +184,7 @@ impl<'a> Neighbourhood<'a> {
         let mean = ring.sum.map(|sum| mean_of(sum, n));
         let mut edge = 0u64;
         for i in 0..n {
-            let off = |k: usize| ((ring.places[k][i] as i64) << FRACTION_BITS).abs_diff(mean[k]);
+            let off = |k: usize| (((ring.places[k][i] as i64) << FRACTION_BITS) - mean[k]).unsigned_abs();
             edge += off(0).max(off(1)).max(off(2));
         }
         let edge = divide(edge, n);

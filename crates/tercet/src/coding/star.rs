@@ -1,7 +1,7 @@
 //! Who is around a vertex, and which of them are known: gathered once for what is expected of the vertex and for
 //! what its visit tells of others.
 
-use crate::mesh::{NONE, Surface, next, prev};
+use crate::mesh::{NONE, Surface, next};
 
 /// Rings are looked at this far: a hub's further neighbours add nothing but time.
 pub(crate) const MOST: usize = 32;
@@ -86,15 +86,23 @@ impl Star {
         Members::MAX >> (MOST - self.count)
     }
 
-    /// Members of which the one so many places later, less than all, is known.
+    /// Members of which the one so many places later is known.
+    #[inline(always)]
     pub fn after(&self, places: usize) -> Members {
-        let places = places % self.count.max(1);
-        (self.known >> places | self.known << (self.count - places)) & self.all()
+        self.turned(places)
     }
 
     /// Members of which the one so many places before is known.
+    #[inline(always)]
     pub fn before(&self, places: usize) -> Members {
-        self.after(self.count - places % self.count.max(1))
+        self.turned(self.count.saturating_sub(places))
+    }
+
+    /// The known members so many places, at most all, earlier.
+    #[inline(always)]
+    fn turned(&self, places: usize) -> Members {
+        let twice = self.known as u64 | (self.known as u64) << self.count;
+        (twice >> places) as Members & self.all()
     }
 }
 
@@ -112,7 +120,7 @@ pub(crate) fn places(mut some: Members) -> impl Iterator<Item = usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::cut;
+    use crate::mesh::{cut, prev};
     use crate::shapes::{sphere, torus};
 
     #[test]

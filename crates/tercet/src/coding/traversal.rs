@@ -63,27 +63,25 @@ impl Traversal {
     /// supported vertex first, of several the one that has been so longest. Time O(n).
     pub fn by_support(surface: &Surface, first: u32, share: Share) -> Self {
         let mut traversal = Traversal::by_number(surface, first);
-        let mut degree = vec![0u8; (surface.vertices - first) as usize];
-        let is_known = |v: u32| traversal.known[v as usize];
+        let count = surface.vertices - first;
+        // Those that are known share one more entry: a processor could not guess which are.
+        let mut degree = vec![0u8; count as usize + 1];
+        let is_known = |v: u32| (surface.virtuals..first).contains(&v) as u8;
         let faces = surface.vertex.as_chunks::<3>().0.iter().zip(surface.opposite.as_chunks::<3>().0);
         for (t, o) in faces {
             let known = t.map(is_known);
             for k in 0..3 {
-                let (knows_a, knows_b) = (known[(k + 1) % 3], known[(k + 2) % 3]);
-                let degree = match t[k].checked_sub(first) {
-                    Some(i) if knows_a || knows_b => &mut degree[i as usize],
-                    _ => continue,
-                };
+                let knows_a = known[(k + 1) % 3];
+                let pair = knows_a & known[(k + 2) % 3];
+                let parallelogram = pair & is_known(surface.at(o[k]));
                 // The face after this one adds what the other of its neighbours is worth.
-                let neighbour = if knows_a { NEIGHBOUR } else { 0 };
-                let face = match knows_a && knows_b {
-                    true if is_known(surface.at(o[k])) => PAIR + PARALLELOGRAM,
-                    true => PAIR,
-                    false => 0,
-                };
-                *degree = (*degree + neighbour + face).min(HIGHEST);
+                let by = NEIGHBOUR * knows_a + PAIR * pair + PARALLELOGRAM * parallelogram;
+                let degree = &mut degree[t[k].wrapping_sub(first).min(count) as usize];
+                *degree = degree.saturating_add(by);
             }
         }
+        degree.truncate(count as usize);
+        degree.iter_mut().for_each(|degree| *degree = HIGHEST.min(*degree));
         let faces = share.range(surface.faces());
         let mine = |i: u32| faces.contains(&(traversal.corner[i as usize] / 3));
         traversal.queue = Some(Queue::new(degree, mine));
