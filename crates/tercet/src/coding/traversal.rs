@@ -166,7 +166,7 @@ impl Queue {
     /// The first item of the highest degree.
     fn first(&self) -> Option<u32> {
         let degree = self.occupied.checked_ilog2()?;
-        Some(self.after[self.degree.len() + degree as usize])
+        Some(self.before[self.degree.len() + degree as usize])
     }
 
     fn raise(&mut self, i: u32, by: u8) {
