@@ -190,11 +190,15 @@ impl CoordinateModels {
     pub fn new() -> Self {
         CoordinateModels {
             by_split: [0, 1].map(|list: usize| {
-                let start =
-                    |split: usize, node: usize| Counter::expecting(REPEATED[list][row(node)][split % 16]);
+                let start = |split: usize, node: usize| match REPEATED[list].get(row(node)) {
+                    Some(says) => Counter::expecting(says[split % 16]),
+                    None => Counter::NEW,
+                };
                 Box::new(std::array::from_fn(|split| std::array::from_fn(|node| start(split, node))))
             }),
-            mixer: Mixer::new(SETTINGS * NODES, |set| [MIXED[row(set % NODES)]]),
+            mixer: Mixer::new(SETTINGS * NODES, |set| {
+                [MIXED.get(row(set % NODES)).copied().unwrap_or_default()]
+            }),
             halvings: Box::new([std::array::from_fn(expected_halving); HALVING_NODES]),
         }
     }

@@ -323,7 +323,7 @@ impl Drop for FlipModels {
     fn drop(&mut self) {
         if let FlipModels::Mixed(bits) = self {
             use super::training::Table;
-            bits.note(Table::Flip, Table::FlipWeights);
+            bits.note([Table::Flip(0), Table::Flip(2)], Table::FlipWeights);
         }
     }
 }

@@ -9,6 +9,7 @@ use crate::mesh::NONE;
 use crate::subdivide::FRACTION_BITS;
 
 /// Distances beyond this are alike.
+#[cfg(feature = "max")]
 const FAR: i64 = 1 << 40;
 
 /// What is known of a vertex's ring.
@@ -96,17 +97,14 @@ impl Ring {
     pub fn vertices(&self) -> &[u32] {
         &self.known[..self.count]
     }
-
 }
 
 /// Everything that the models look at.
 pub(crate) struct Neighbourhood<'a> {
-    /// The experts' points, in 1/256: the first, the nearest parallelogram, the corrected
-    /// estimate.
-    pub predictions: [Vector; 3],
-    /// The second nearest parallelogram, in 1/256.
-    #[cfg_attr(not(feature = "max"), expect(dead_code, reason = "only that effort asks for it"))]
-    pub second: Vector,
+    /// Where the vertex is expected, in 1/256.
+    pub expected: Vector,
+    /// Its estimate, corrected by what those nearby were off, or the mean of the known neighbours without one.
+    pub corrected: Vector,
     /// The mean of the known neighbours, and that of the parallelograms (the corrected estimate without
     /// one), in 1/256.
     #[cfg_attr(not(feature = "max"), expect(dead_code, reason = "only that effort asks for it"))]
@@ -128,6 +126,27 @@ pub(crate) struct Neighbourhood<'a> {
 }
 
 impl Neighbourhood<'_> {
+    /// The two parallelograms nearest to where the vertex is expected, in 1/256.
+    #[cfg(feature = "max")]
+    pub fn two_nearest(&self) -> [Vector; 2] {
+        let (ring, to, otherwise) = (self.ring, self.expected, self.parallel);
+        let point = |i: usize| [0, 1, 2].map(|k| (ring.parallelograms[k][i] as i64) << FRACTION_BITS);
+        // Distances with the numbers of the points behind them, so that nothing branches on a comparison.
+        let [mut least, mut following] = [i64::MAX; 2];
+        for i in 0..ring.predictions {
+            let p = point(i);
+            let distance = (p[0] - to[0]).abs() + (p[1] - to[1]).abs() + (p[2] - to[2]).abs();
+            let found = distance.min(FAR) << MOST.ilog2() | i as i64;
+            following = following.min(least.max(found));
+            least = least.min(found);
+        }
+        match ring.predictions {
+            0 => [otherwise; 2],
+            1 => [point(0); 2],
+            _ => [least, following].map(|found| point(found as usize & (MOST - 1))),
+        }
+    }
+
     /// How far apart the known neighbours lie along an axis, in 1/256.
     #[cfg(feature = "max")]
     pub fn extent(&self, axis: usize) -> u64 {
@@ -206,10 +225,9 @@ impl<'a> Neighbourhood<'a> {
             }
             None => base,
         };
-        let [nearest, second] = ring.two_nearest(first, base);
         Neighbourhood {
-            predictions: [first, nearest, fallback],
-            second,
+            expected: first,
+            corrected: fallback,
             mean,
             parallel: base,
             normal: ring.normal(),
@@ -233,25 +251,6 @@ fn mean_of(sum: i64, n: usize) -> i64 {
 }
 
 impl Ring {
-    /// The two parallelograms nearest to `to`, in 1/256.
-    fn two_nearest(&self, to: Vector, otherwise: Vector) -> [Vector; 2] {
-        let point = |i: usize| [0, 1, 2].map(|k| (self.parallelograms[k][i] as i64) << FRACTION_BITS);
-        // Distances with the numbers of the points behind them, so that nothing branches on a comparison.
-        let [mut least, mut following] = [i64::MAX; 2];
-        for i in 0..self.predictions {
-            let p = point(i);
-            let distance = (p[0] - to[0]).abs() + (p[1] - to[1]).abs() + (p[2] - to[2]).abs();
-            let found = distance.min(FAR) << MOST.ilog2() | i as i64;
-            following = following.min(least.max(found));
-            least = least.min(found);
-        }
-        match self.predictions {
-            0 => [otherwise; 2],
-            1 => [point(0); 2],
-            _ => [least, following].map(|found| point(found as usize & (MOST - 1))),
-        }
-    }
-
     /// Area vector of the ring.
     fn normal(&self) -> Vector {
         let origin = [0, 1, 2].map(|k| self.places[k][0] as i64);

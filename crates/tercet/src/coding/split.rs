@@ -4,7 +4,7 @@
 //! for three fine ones. What its neighbours did and which valences would result tell the rest.
 //! Profiles differ in how many opinions they hear.
 
-use super::model::{LIMIT, PairModel};
+use super::model::LIMIT;
 #[cfg(feature = "max")]
 use super::panel::SplitPanel;
 use super::priors;
@@ -18,7 +18,6 @@ use crate::mesh::Surface;
 pub(crate) enum SplitModels {
     /// One opinion.
     Counted(Vec<Counter>),
-    Mixed(PairModel),
     /// More of them, for size.
     #[cfg(feature = "max")]
     Panel(Box<SplitPanel>),
@@ -57,13 +56,9 @@ pub(super) struct Face<'a> {
 impl SplitModels {
     pub fn new(effort: Effort) -> Self {
         match effort {
-            Effort::Fast => SplitModels::Counted(priors::counters(&priors::SPLIT[..1])),
             #[cfg(feature = "max")]
             Effort::Max => SplitModels::Panel(Box::default()),
-            _ => {
-                let contexts = [priors::SPLIT[0], priors::SPLIT[2]];
-                SplitModels::Mixed(PairModel::expecting(contexts, priors::SPLIT_WEIGHTS, Face::SETS))
-            }
+            _ => SplitModels::Counted(priors::counters(&priors::SPLIT[..1])),
         }
     }
 
@@ -77,9 +72,6 @@ impl SplitModels {
             let face = course.look(index, corners, opposites);
             *bit = match self {
                 SplitModels::Counted(counters) => counters[face.context()].code(coder, *bit, LIMIT),
-                SplitModels::Mixed(bits) => {
-                    bits.code(coder, *bit, face.context(), || (face.corners_context(), face.set()))
-                }
                 #[cfg(feature = "max")]
                 SplitModels::Panel(panel) => panel.code(coder, *bit, &face),
             };
@@ -169,7 +161,7 @@ impl Face<'_> {
         self.area == VIRTUAL
     }
 
-    /// The one opinion of the fast profile.
+    /// The one opinion of the fast and the default profile.
     #[inline(always)]
     fn context(&self) -> usize {
         let large = !self.is_virtual() && self.beyond_threshold() >= Threshold::MARGIN;
@@ -181,12 +173,6 @@ impl Face<'_> {
         self.neighbours * 2 + self.is_virtual() as usize
     }
 
-    /// The second opinion of the default profile.
-    #[inline(always)]
-    fn corners_context(&self) -> usize {
-        self.tightest() * 16 + self.neighbours
-    }
-
     #[inline(always)]
     pub fn contexts(&self) -> [usize; 4] {
         let shape = match self.is_virtual() {
@@ -196,7 +182,7 @@ impl Face<'_> {
         [
             self.context(),
             self.valences() * 2 + self.is_virtual() as usize,
-            self.corners_context(),
+            self.tightest() * 16 + self.neighbours,
             shape,
         ]
     }
@@ -322,9 +308,8 @@ impl Threshold {
 #[cfg(all(test, feature = "max"))]
 impl Drop for SplitModels {
     fn drop(&mut self) {
-        if let SplitModels::Mixed(bits) = self {
-            use super::training::Table;
-            bits.note(Table::Split, Table::SplitWeights);
+        if let SplitModels::Counted(counters) = self {
+            super::training::note_counters(super::training::Table::Split(0), counters);
         }
     }
 }

@@ -140,12 +140,8 @@ mod tests {
                 assert!(places(star.known()).eq(after(0)) && places(star.after(2)).eq(after(2)));
                 assert!(places(star.before(2)).eq(after(n - 2)) && places(star.before(1)).eq(after(n - 1)));
                 let both = |i: usize| is(next(fan[i])) && is(prev(fan[i]));
-                assert!(
-                    places(star.parallelograms()).eq(by(&|i| both(i) && is(surface.across(fan[i]))))
-                );
-                assert!(
-                    places(star.unknown_wings()).eq(by(&|i| both(i) && !is(surface.across(fan[i]))))
-                );
+                assert!(places(star.parallelograms()).eq(by(&|i| both(i) && is(surface.across(fan[i])))));
+                assert!(places(star.unknown_wings()).eq(by(&|i| both(i) && !is(surface.across(fan[i])))));
             }
         }
     }
