@@ -24,9 +24,7 @@ use super::vector::COORDINATE_LIMIT;
 use crate::entropy::{Coder, Counter, LOGIT_LIMIT, Mixer, error, log_expm1, softplus, squash};
 use wide::{i8x16, i16x8, i16x16, i32x8};
 
-pub(super) const EXPERTS: usize = 3;
-/// The expert that the halvings of a bin ask.
-const HALVER: usize = 1;
+pub(super) const EXPERTS: usize = 2;
 const LISTS: usize = 2;
 
 /// Ends of the bins in units; each is a power of two wide. Beyond the last the rest is stored plainly.
@@ -46,6 +44,9 @@ const _: () = assert!(NODES.is_power_of_two());
 const SETTINGS: usize = 4 * KINDS;
 /// Settings, and none, one, two or more candidates in each part of a decision, up to a power of two.
 const SPLITS: usize = (SETTINGS * 4 * 4).next_power_of_two();
+
+/// None, one, two, more candidates of either list in the lower half of a bin, and in the upper half.
+const CROWDS: usize = 4 * 4 * 4 * 4;
 
 /// The counters' memory.
 const LIMIT: u16 = 110;
@@ -150,6 +151,8 @@ static FEW: [u8; 256] = {
 pub(super) struct CoordinateModels {
     by_split: [Box<[[Counter; NODES]; SPLITS]>; LISTS],
     mixer: Mixer,
+    /// Of halvings, by how many candidates lie in the lower and the upper half: those of list 1, then of list 2.
+    halvings: Box<[[Counter; CROWDS]; HALVING_NODES]>,
 }
 
 /// One coordinate being coded.
@@ -165,21 +168,21 @@ struct Walk {
 }
 
 impl Walk {
-    /// Turns to the magnitudes below the centre.
+    /// Turns to the magnitudes below the centre, if `sign` is −1 and not 0: which of them a processor could not guess.
     #[inline(always)]
-    fn mirror(&mut self) {
-        self.z = self.z.map(|z| -z);
+    fn mirror(&mut self, sign: i32) {
+        self.z = self.z.map(|z| (z ^ sign) - sign);
         // centre − 1 − v is −1 − (v − centre); what was too far above is too far below.
-        self.candidates.0 = !self.candidates.0;
+        self.candidates.0 ^= i16x16::splat(sign as i16);
         // Those that were not below 0 are now.
-        self.middle = !self.middle;
+        self.middle ^= sign as Subset;
     }
 
-    /// The row of counters by how many candidates of a list lie in either part.
+    /// How many candidates of a list lie in either part, as digits of base 4.
     #[inline(always)]
     fn split(&self, list: usize) -> usize {
         let few = |some: Subset| FEW[(some >> (8 * list) & 255) as usize] as usize;
-        (self.setting * 4 + few(self.middle & !self.low)) * 4 + few(self.high & !self.middle)
+        4 * few(self.middle & !self.low) + few(self.high & !self.middle)
     }
 }
 
@@ -187,11 +190,16 @@ impl CoordinateModels {
     pub fn new() -> Self {
         CoordinateModels {
             by_split: [0, 1].map(|list: usize| {
-                let start =
-                    |split: usize, node: usize| Counter::expecting(REPEATED[list][row(node)][split % 16]);
+                let start = |split: usize, node: usize| match REPEATED[list].get(row(node)) {
+                    Some(says) => Counter::expecting(says[split % 16]),
+                    None => Counter::NEW,
+                };
                 Box::new(std::array::from_fn(|split| std::array::from_fn(|node| start(split, node))))
             }),
-            mixer: Mixer::new(SETTINGS * NODES, |set| [MIXED[row(set % NODES)]]),
+            mixer: Mixer::new(SETTINGS * NODES, |set| {
+                [MIXED.get(row(set % NODES)).copied().unwrap_or_default()]
+            }),
+            halvings: Box::new([std::array::from_fn(expected_halving); HALVING_NODES]),
         }
     }
 
@@ -213,12 +221,10 @@ impl CoordinateModels {
         let window = (4 << unit) + 1;
         [walk.low, walk.middle, walk.high] = [-window, 0, window].map(|bound| walk.candidates.below(bound));
         let negative = self.decide(coder, value < centre, SIDE, &walk, walk.z);
-        if negative {
-            walk.mirror();
-        }
-        let magnitude = if negative { centre - 1 - value } else { value - centre };
-        let magnitude = self.magnitude(coder, magnitude, unit, experts, &mut walk);
-        let value = if negative { centre - 1 - magnitude } else { centre + magnitude };
+        let sign = -(negative as i64);
+        walk.mirror(sign as i32);
+        let magnitude = self.magnitude(coder, (value - centre) ^ sign, unit, experts, &mut walk);
+        let value = centre + (magnitude ^ sign);
         value.clamp(-(COORDINATE_LIMIT as i64), COORDINATE_LIMIT as i64) as i32
     }
 
@@ -247,7 +253,7 @@ impl CoordinateModels {
             if !self.decide(coder, magnitude >= high << unit, node, walk, logits) {
                 walk.high = walk.middle;
                 let bits = unit + wide.ilog2();
-                return self.within(coder, magnitude, low << unit, bits, experts[HALVER].scale, walk);
+                return self.within(coder, magnitude, low << unit, bits, walk);
             }
             low = high;
         }
@@ -255,7 +261,8 @@ impl CoordinateModels {
         (low << unit) + number(coder, rest) as i64
     }
 
-    /// Codes where in the bin of 2^`bits` integers from `low` on the magnitude lies.
+    /// Codes where in the bin of 2^`bits` integers from `low` on the magnitude lies: experts have nothing to say
+    /// of that but what candidates do.
     #[inline(always)]
     fn within<C: Coder>(
         &mut self,
@@ -263,27 +270,22 @@ impl CoordinateModels {
         magnitude: i64,
         mut low: i64,
         mut bits: u32,
-        scale: Scale,
         walk: &mut Walk,
     ) -> i64 {
-        let mut node = FIRST_HALVING;
-        while bits > 0 && node < NODES && walk.high & !walk.low & LISTED != 0 {
+        for counters in self.halvings.iter_mut() {
+            if bits == 0 || walk.high & !walk.low & LISTED == 0 {
+                break;
+            }
             bits -= 1;
             let middle = low + (1 << bits);
-            let half = scale.length(1 << bits);
-            let from = walk.z[HALVER] + scale.length(low);
-            // Both halves have the same mass at the same distance, so that their logarithms cancel.
-            let logit = half + softplus(from) - softplus(from + 2 * half);
             walk.middle = walk.candidates.below(middle);
-            let mut logits = [0; EXPERTS];
-            logits[HALVER] = logit;
-            if self.decide(coder, magnitude >= middle, node, walk, logits) {
+            let counter = &mut counters[walk.split(0) * 16 + walk.split(1)];
+            if counter.code(coder, magnitude >= middle, LIMIT) {
                 walk.low = walk.middle;
                 low = middle;
             } else {
                 walk.high = walk.middle;
             }
-            node += 1;
         }
         // The encoder's magnitude lies in what is left.
         low + if bits > 0 { coder.raw_wide((magnitude - low) as u32, bits) as i64 } else { 0 }
@@ -303,13 +305,11 @@ impl CoordinateModels {
     ) -> bool {
         let node = node & (NODES - 1);
         let [neighbours, parallelograms] = &mut self.by_split;
-        let counters = [
-            &mut neighbours[walk.split(0) & (SPLITS - 1)][node],
-            &mut parallelograms[walk.split(1) & (SPLITS - 1)][node],
-        ];
-        let [first, second, third] = logits;
+        let row = |list: usize| (walk.setting * 16 + walk.split(list)) & (SPLITS - 1);
+        let counters = [&mut neighbours[row(0)][node], &mut parallelograms[row(1)][node]];
+        let [first, second] = logits;
         let [neighbour, parallelogram] = counters.each_ref().map(|counter| counter.logit() as i32);
-        let opinions = [first, second, third, neighbour, parallelogram, 0, 0, BIAS];
+        let opinions = [first, second, neighbour, parallelogram, 0, 0, 0, BIAS];
         let limit = i16x8::splat(LOGIT_LIMIT as i16);
         let opinions = &[i16x8::from_i32x8_saturate(i32x8::new(opinions)).min(limit).max(-limit)];
         let weights = self.mixer.set(walk.setting * NODES + node);
@@ -321,6 +321,12 @@ impl CoordinateModels {
         }
         bit
     }
+}
+
+/// What a halving is expected to be: the crowd in either half draws it.
+fn expected_halving(crowds: usize) -> Counter {
+    let [first, second] = [crowds / 16, crowds % 16].map(|split| (split % 4) as i32 - (split / 4) as i32);
+    Counter::expecting((squash(128 * (first + second)) >> 8) as u8)
 }
 
 /// What they are at the end is what training is for.

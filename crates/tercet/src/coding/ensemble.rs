@@ -37,6 +37,7 @@ type Residual = ResidualModels<EXPERTS, CONTEXTS, LISTS, SETS, HISTOGRAMS, VECTO
 /// them, 5 the mean of the known neighbours, 6 the estimate as it is, 8 the mean of the reflections.
 const FIT: usize = 0;
 const NEAREST: usize = 1;
+const SECOND: usize = 4;
 const REFLECTION: usize = 7;
 const LAPLACIAN: usize = 9;
 const EXPECTED: usize = 10;
@@ -275,7 +276,7 @@ fn situation<'a>(
     };
     let [nearest, expected, reflection, laplacian] =
         [NEAREST, EXPECTED, REFLECTION, LAPLACIAN].map(|j| beside(experts[j].centre));
-    let second = beside(around.second[axis]);
+    let second = beside(vertex.points[SECOND][axis]);
     let fine = log.saturating_sub(24).min(63);
     let fraction = ((first.centre & 255) >> 5) as usize;
     let off = bin(trail[FIT] as u64 + 8, 2, -6, 24);
@@ -317,7 +318,8 @@ impl<'a> Vertex<'a> {
         models: &EnsembleModels,
         estimate: Option<&Vector>,
     ) -> Self {
-        let [expected, nearest, corrected] = around.predictions;
+        let Neighbourhood { expected, corrected, .. } = around;
+        let [nearest, second] = around.two_nearest();
         let [reflection, reflected] = beyond.reflected(expected).unwrap_or([expected; 2]);
         let smooth = beyond.laplacian().map(|off| [0, 1, 2].map(|k| around.mean[k] + off[k]));
         let count = ring.known() as u64;
@@ -329,7 +331,7 @@ impl<'a> Vertex<'a> {
             nearest,
             corrected,
             around.parallel,
-            around.second,
+            second,
             around.mean,
             estimate.copied().unwrap_or(expected),
             reflection,

@@ -4,7 +4,7 @@
 //! that the angles that a flip would make are known; which flips remain possible and which valences they lead
 //! to are known exactly. Profiles differ in how many opinions they hear.
 
-use super::model::{BitModel, LIMIT};
+use super::model::{LIMIT, PairModel};
 #[cfg(feature = "max")]
 use super::panel::FlipPanel;
 use super::priors;
@@ -18,7 +18,7 @@ use crate::mesh::{Surface, next, prev};
 pub(crate) enum FlipModels {
     /// One opinion.
     Counted(Vec<Counter>),
-    Mixed(BitModel<4>),
+    Mixed(PairModel),
     /// More of them, for size.
     #[cfg(feature = "max")]
     Panel(Box<FlipPanel>),
@@ -85,7 +85,10 @@ impl FlipModels {
             Effort::Fast => FlipModels::Counted(priors::counters(&priors::FLIP[..1])),
             #[cfg(feature = "max")]
             Effort::Max => FlipModels::Panel(Box::default()),
-            _ => FlipModels::Mixed(BitModel::expecting(priors::FLIP, priors::FLIP_WEIGHTS, Edge::SETS, 260)),
+            _ => {
+                let contexts = [priors::FLIP[0], priors::FLIP[2]];
+                FlipModels::Mixed(PairModel::expecting(contexts, priors::FLIP_WEIGHTS, Edge::SETS))
+            }
         }
     }
 
@@ -109,7 +112,9 @@ impl FlipModels {
                 let edge = course.look(corners, turned);
                 match self {
                     FlipModels::Counted(counters) => counters[edge.context()].code(coder, known, LIMIT),
-                    FlipModels::Mixed(bits) => bits.code(coder, known, edge.set(), edge.contexts()),
+                    FlipModels::Mixed(bits) => {
+                        bits.code(coder, known, edge.context(), || (edge.valences_context(), edge.set()))
+                    }
                     #[cfg(feature = "max")]
                     FlipModels::Panel(panel) => panel.code(coder, known, surface, corners, &edge),
                 }
@@ -221,16 +226,23 @@ impl Edge {
         self.angle / 2 + 16 * self.kind
     }
 
+    /// The second opinion of the default profile.
+    #[inline(always)]
+    fn valences_context(&self) -> usize {
+        let (low, _) = self.ends_in_bins();
+        let [near, far] = ordered(self.apexes.map(|e| (e.wrapping_sub(2 * UNIT) >> 5).clamp(0, 7) as usize));
+        ((low / 2 * 8 + near) * 8 + far) * 2 + self.kind % 2
+    }
+
     #[inline(always)]
     pub fn contexts(&self) -> [usize; 4] {
         let Edge { angle, kind, .. } = *self;
         let (low, high) = self.ends_in_bins();
-        let [near, far] = ordered(self.apexes.map(|e| (e.wrapping_sub(2 * UNIT) >> 5).clamp(0, 7) as usize));
         let [s, t] = self.outcomes();
         [
             self.context(),
             ((angle / 2 * 16 + s) * 4 + t.min(3)) * 4 + kind,
-            ((low / 2 * 8 + near) * 8 + far) * 2 + kind % 2,
+            self.valences_context(),
             ((low + high) * 32 + angle) * 4 + kind,
         ]
     }
@@ -311,7 +323,7 @@ impl Drop for FlipModels {
     fn drop(&mut self) {
         if let FlipModels::Mixed(bits) = self {
             use super::training::Table;
-            bits.note(Table::Flip, Table::FlipWeights);
+            bits.note([Table::Flip(0), Table::Flip(2)], Table::FlipWeights);
         }
     }
 }

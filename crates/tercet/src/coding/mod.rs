@@ -45,6 +45,7 @@ mod site;
 mod sketch;
 mod split;
 mod spread;
+mod star;
 pub(crate) mod supplement;
 mod symmetry;
 mod tabled;

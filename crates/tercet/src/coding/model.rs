@@ -2,7 +2,7 @@
 
 use super::priors;
 #[cfg(all(test, feature = "max"))]
-use super::training::{Table, note};
+use super::training::{Table, note, note_counters};
 use crate::entropy::{Coder, Counter, Mixer, Opinions, error, squash};
 
 /// Memory of the counters: after this many outcomes the oldest begin to fade.
@@ -31,31 +31,6 @@ impl<const N: usize> BitModel<N> {
         BitModel { counters: vec![Counter::NEW; total], start, mixer: Mixer::new(sets, |_| [weights]), rate }
     }
 
-    /// Begins with what the digits of contexts say, and with these weights (in 1/8192).
-    pub fn expecting(contexts: [&[&[i16]]; N], first: [i16; N], sets: usize, rate: i32) -> Self {
-        let mut model = Self::new(contexts.map(priors::size), sets, rate);
-        model.counters = priors::counters(&contexts);
-        let mut weights = [0; 8];
-        weights[..N].copy_from_slice(&first);
-        model.mixer = Mixer::new(sets, |_| [weights]);
-        model
-    }
-
-    /// Notes what it has learnt: counters as the table of their context, and the weights of those.
-    #[cfg(all(test, feature = "max"))]
-    pub fn note(&self, table_of: impl Fn(usize) -> Table, weights_table: Table) {
-        for (i, start) in self.start.into_iter().enumerate() {
-            let end = self.start.get(i + 1).copied().unwrap_or(self.counters.len());
-            for (value, counter) in self.counters[start..end].iter().enumerate() {
-                let (p, seen) = counter.state();
-                note(table_of(i), value, &[(p >> 1) as i16], seen);
-            }
-        }
-        for (weights, uses) in self.mixer.weights() {
-            note(weights_table, 0, &weights[0], uses);
-        }
-    }
-
     /// Codes `bit` and learns it. `contexts[i]` must be less than the i-th size.
     #[inline]
     pub fn code<C: Coder>(&mut self, coder: &mut C, bit: bool, set: usize, contexts: [usize; N]) -> bool {
@@ -73,6 +48,62 @@ impl<const N: usize> BitModel<N> {
         for at in at {
             self.counters[at].learn(bit, LIMIT);
         }
+        bit
+    }
+}
+
+/// Predicts one kind of decision from two contexts, for speed: where the first is sure, by that alone, and elsewhere
+/// by both, mixed by weights that a set selects.
+pub(crate) struct PairModel {
+    first: Vec<Counter>,
+    second: Vec<Counter>,
+    mixer: Mixer,
+}
+
+/// The first context is sure where either outcome has a probability below this, in 1/65536.
+const SURE: u16 = 1 << 12;
+const PAIR_RATE: i32 = 400;
+
+impl PairModel {
+    /// Begins with what the digits of contexts say, and with these weights (in 1/8192).
+    pub fn expecting(contexts: [&[&[i16]]; 2], weights: [i16; 2], sets: usize) -> Self {
+        let [first, second] = contexts.map(|context| priors::counters(&[context]));
+        let [a, b] = weights;
+        PairModel { first, second, mixer: Mixer::new(sets, |_| [[a, b, 0, 0, 0, 0, 0, 0]]) }
+    }
+
+    /// Notes what it has learnt: counters as the tables of their contexts, and the weights of those.
+    #[cfg(all(test, feature = "max"))]
+    pub fn note(&self, tables: [Table; 2], weights_table: Table) {
+        note_counters(tables[0], &self.first);
+        note_counters(tables[1], &self.second);
+        for (weights, uses) in self.mixer.weights() {
+            note(weights_table, 0, &weights[0], uses);
+        }
+    }
+
+    /// Codes `bit` and learns it. `further` are the second context and the set, if they are asked for.
+    #[inline(always)]
+    pub fn code<C: Coder>(
+        &mut self,
+        coder: &mut C,
+        bit: bool,
+        first: usize,
+        further: impl FnOnce() -> (usize, usize),
+    ) -> bool {
+        let first = &mut self.first[first];
+        if first.p().wrapping_add(SURE) < 2 * SURE {
+            return first.code(coder, bit, LIMIT);
+        }
+        let (second, set) = further();
+        let second = &mut self.second[second];
+        let opinions = &[Opinions::new([first.logit(), second.logit(), 0, 0, 0, 0, 0, 0])];
+        let weights = self.mixer.set(set);
+        let p = squash(weights.mix(opinions));
+        let bit = coder.bit(bit, p);
+        weights.learn(opinions, error(bit, p), PAIR_RATE);
+        first.learn(bit, LIMIT);
+        second.learn(bit, LIMIT);
         bit
     }
 }

@@ -3,6 +3,7 @@
 
 use super::axes::{AxisOrder, NORMAL, axes};
 use super::ring::Shares;
+use super::star::Star;
 use super::symmetry::Symmetry;
 use super::traversal::Traversal;
 use super::twin::Twins;
@@ -131,6 +132,7 @@ impl Progress {
         positions: &mut [Point],
         mut code: impl FnMut(&mut C, &Turn, &mut Option<Twins>) -> Point,
     ) -> bool {
+        let mut star = Star::default();
         while let Some((v, corner)) = self.traversal.next() {
             if coder.exhausted() {
                 // The caller refuses the level; what follows would only take time.
@@ -140,9 +142,11 @@ impl Progress {
                 return false;
             }
             let i = (v - pass.first) as usize;
+            star.gather(pass.surface, corner, self.traversal.known());
             let turn = Turn {
                 v,
                 corner,
+                star: &star,
                 target: targets.get(i).copied().unwrap_or_default(),
                 estimate: pass.estimates.get(i),
                 known: self.traversal.known(),
@@ -153,7 +157,7 @@ impl Progress {
             if let Some(twins) = &mut self.twins {
                 twins.note(v, point);
             }
-            self.traversal.reach(pass.surface, corner);
+            self.traversal.reach(v, &star);
         }
         true
     }
@@ -163,12 +167,16 @@ impl Progress {
 pub(crate) struct Turn<'a> {
     pub v: u32,
     /// A corner of it.
+    #[cfg_attr(not(feature = "max"), expect(dead_code, reason = "only that effort asks for it"))]
     pub corner: u32,
+    /// What is around it.
+    pub star: &'a Star,
     /// Where it lies; meaningless when decoding.
     pub target: Point,
     /// Where it was expected before the pass, if it was.
     pub estimate: Option<&'a Vector>,
     /// For each vertex whether its position is known.
+    #[cfg_attr(not(feature = "max"), expect(dead_code, reason = "only that effort asks for it"))]
     pub known: &'a [bool],
     pub positions: &'a [Point],
 }

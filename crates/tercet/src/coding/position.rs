@@ -58,7 +58,7 @@ impl PositionModels {
                 return plain(coder, pass, turn.target);
             }
             let around = Neighbourhood::new(&ring, pass, turn, rough);
-            let expected = around.predictions[0];
+            let expected = around.expected;
             let (point, off) = match self.twins.code(coder, twins, expected, turn.target, turn.positions) {
                 Some(point) => (point, Roughness::at(point, expected, around.normal, pass.order)),
                 None => self.vertex(coder, &around, pass.order, turn.target),
@@ -76,7 +76,7 @@ impl PositionModels {
         target: Point,
     ) -> (Point, Roughness) {
         let axes = axes(around.normal, order);
-        let mut centres = around.predictions;
+        let mut centres = [around.expected, around.corrected];
         let mut point = target;
         let mut sizes = [0u64; 3];
         for (step, &axis) in axes.iter().enumerate() {

@@ -27,8 +27,9 @@ pub(super) fn divide(a: u64, n: usize) -> u64 {
 /// a / n, rounded towards 0, for |a| < 2⁵⁷ and 0 < n ≤ [`LARGEST`].
 #[inline(always)]
 pub(super) fn divide_signed(a: i64, n: usize) -> i64 {
-    let quotient = divide(a.unsigned_abs(), n) as i64;
-    if a < 0 { -quotient } else { quotient }
+    // 0 or −1: a processor could not guess which.
+    let sign = a >> 63;
+    (divide(((a ^ sign) - sign) as u64, n) as i64 ^ sign) - sign
 }
 
 #[cfg(test)]

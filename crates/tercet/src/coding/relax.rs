@@ -9,6 +9,7 @@ use super::reciprocal::{self, divide_signed};
 use super::vector::{COORDINATE_LIMIT, Point};
 use crate::Effort;
 use crate::mesh::Surface;
+use std::ops::AddAssign;
 
 /// Estimates of late vertices have so many bits behind the point.
 pub(crate) const ESTIMATE_BITS: u32 = 3;
@@ -37,16 +38,40 @@ pub(crate) fn relax(surface: &Surface, points: &mut [Point], first: u32, effort:
     let neighbours = real_neighbours(surface);
     // So that virtual vertices add nothing to a sum.
     points[..surface.virtuals as usize].fill([0; 3]);
-    let mut sums = Vec::new();
-    let mut off = vec![[0i32; 3]; points.len()];
+    let longest = points.iter().flatten().fold(0, |most, x| most.max(x.unsigned_abs())) as u64;
+    let most = neighbours.iter().copied().max().unwrap_or(0) as u64;
+    // A difference is at most twice as long. Sums of 32 bits are what processors add four of at once.
+    if 2 * longest * most <= i32::MAX as u64 {
+        smooth::<i32>(surface, points, first, &neighbours, effort);
+    } else {
+        smooth::<i64>(surface, points, first, &neighbours, effort);
+    }
+}
+
+/// A point or what it is off by, and a number that means nothing: four are added as fast as three.
+type Padded<T> = [T; 4];
+
+/// As [`relax`], with sums of a type that can hold them.
+fn smooth<T: From<i32> + Into<i64> + AddAssign + Copy>(
+    surface: &Surface,
+    points: &mut [Point],
+    first: u32,
+    neighbours: &[u32],
+    effort: Effort,
+) {
+    let mut sums = vec![[T::from(0); 4]; points.len()];
+    let mut values: Vec<Padded<i32>> = vec![[0; 4]; points.len()];
     for _ in 0..sweeps(effort) {
-        sum_neighbours(surface, points, &mut sums);
-        for v in surface.virtuals as usize..points.len() {
-            off[v] = from_mean(&sums[v], neighbours[v], points[v]);
+        for (value, &[x, y, z]) in values.iter_mut().zip(points.iter()) {
+            *value = [x, y, z, 0];
         }
-        sum_neighbours(surface, &off, &mut sums);
+        sum_neighbours(surface, &values, &mut sums);
+        for v in surface.virtuals as usize..points.len() {
+            values[v] = from_mean(sums[v], neighbours[v], values[v]);
+        }
+        sum_neighbours(surface, &values, &mut sums);
         for v in first as usize..points.len() {
-            let second = from_mean(&sums[v], neighbours[v], off[v]);
+            let second = from_mean(sums[v], neighbours[v], values[v]);
             for (x, second) in points[v].iter_mut().zip(second) {
                 *x = (*x - second / 2).clamp(-LARGEST, LARGEST);
             }
@@ -66,13 +91,16 @@ fn real_neighbours(surface: &Surface) -> Vec<u32> {
 }
 
 /// For each vertex the sum of `values` over its neighbours: each follows it in one face.
-fn sum_neighbours(surface: &Surface, values: &[Point], sums: &mut Vec<[i64; 3]>) {
-    sums.clear();
-    sums.resize(values.len(), [0; 3]);
+fn sum_neighbours<T: From<i32> + AddAssign + Copy>(
+    surface: &Surface,
+    values: &[Padded<i32>],
+    sums: &mut [Padded<T>],
+) {
+    sums.fill([T::from(0); 4]);
     for [a, b, c] in corners(surface) {
         for (v, neighbour) in [(a, b), (b, c), (c, a)] {
             let (sum, value) = (&mut sums[v as usize], values[neighbour as usize]);
-            (0..3).for_each(|k| sum[k] += value[k] as i64);
+            (0..4).for_each(|k| sum[k] += value[k].into());
         }
     }
 }
@@ -83,16 +111,19 @@ fn corners(surface: &Surface) -> impl Iterator<Item = [u32; 3]> + '_ {
 }
 
 /// The mean of `count` values of the given sum, less `value`, rounded towards 0; 0 without values.
-fn from_mean(sum: &[i64; 3], count: u32, value: Point) -> [i32; 3] {
+fn from_mean<T: Into<i64>>(sum: Padded<T>, count: u32, [x, y, z, _]: Padded<i32>) -> Padded<i32> {
     let n = count as usize;
-    [0, 1, 2].map(|k| {
+    let off = |sum: T, value: i32| {
+        let sum: i64 = sum.into();
         let mean = match n {
             0 => return 0,
-            1..=reciprocal::LARGEST => divide_signed(sum[k], n),
-            _ => sum[k] / n as i64,
+            1..=reciprocal::LARGEST => divide_signed(sum, n),
+            _ => sum / n as i64,
         };
-        (mean - value[k] as i64).clamp(-LARGEST as i64, LARGEST as i64) as i32
-    })
+        (mean - value as i64).clamp(-LARGEST as i64, LARGEST as i64) as i32
+    };
+    let [a, b, c, _] = sum;
+    [off(a, x), off(b, y), off(c, z), 0]
 }
 
 #[cfg(test)]

@@ -1,15 +1,16 @@
 //! What is known around a vertex, and where that places it.
 
-use super::coordinate::EXPERTS;
 use super::pass::{Pass, Roughness, Turn};
 use super::reciprocal::{divide, divide_signed};
 use super::scale::bin;
+use super::star::{MOST, places};
 use super::vector::{Vector, add_to, cross};
-use crate::mesh::{NONE, next, prev};
+use crate::mesh::NONE;
 use crate::subdivide::FRACTION_BITS;
 
-/// Rings are looked at this far: a hub's further neighbours add nothing but time.
-const MOST: usize = 32;
+/// Distances beyond this are alike.
+#[cfg(feature = "max")]
+const FAR: i64 = 1 << 40;
 
 /// What is known of a vertex's ring.
 pub(crate) struct Ring {
@@ -20,9 +21,12 @@ pub(crate) struct Ring {
     /// Parallelogram predictions from known neighbours, by axis.
     parallelograms: [[i32; MOST]; 3],
     predictions: usize,
-    /// Where all members lie: those that are not known where they are expected. Nothing for virtual ones,
-    /// and where nothing is expected.
-    around: [Option<Vector>; MOST],
+    /// Sums of the coordinates of both.
+    sum: Vector,
+    sum_of_parallelograms: Vector,
+    /// Where all members lie: those that are not known where they are expected. Virtual ones, and where nothing is
+    /// expected, lie at the first known one, if there is any, and so add nothing to an area around that.
+    around: [Vector; MOST],
     members: usize,
     at_boundary: bool,
 }
@@ -35,7 +39,9 @@ impl Default for Ring {
             count: 0,
             parallelograms: [[0; MOST]; 3],
             predictions: 0,
-            around: [None; MOST],
+            sum: [0; 3],
+            sum_of_parallelograms: [0; 3],
+            around: [[0; 3]; MOST],
             members: 0,
             at_boundary: false,
         }
@@ -45,41 +51,41 @@ impl Default for Ring {
 impl Ring {
     /// Collects the ring of the vertex whose turn it is.
     pub fn gather(&mut self, pass: &Pass, turn: &Turn) {
-        let Turn { corner, known, positions, .. } = *turn;
-        let surface = pass.surface;
-        let place = |v: u32| known[v as usize].then(|| positions[v as usize]);
-        self.at_boundary = false;
-        let (mut count, mut predictions, mut members) = (0, 0, 0);
-        let mut b = surface.at(next(corner));
-        let mut place_of_b = place(b);
-        for c in surface.fan(corner).take(MOST) {
-            let (a, place_of_a) = (b, place_of_b);
-            b = surface.at(prev(c));
-            place_of_b = place(b);
-            let Some(p) = place_of_a else {
-                self.at_boundary |= surface.is_virtual(a);
-                self.around[members & (MOST - 1)] = a
-                    .checked_sub(pass.first)
-                    .and_then(|i| pass.estimates.get(i as usize))
-                    .map(|estimate| estimate.map(|x| x >> FRACTION_BITS));
-                members += 1;
-                continue;
-            };
-            self.around[members & (MOST - 1)] = Some(p.map(|x| x as i64));
-            members += 1;
-            let at = count & (MOST - 1);
-            self.known[at] = a;
-            (0..3).for_each(|k| self.places[k][at] = p[k]);
-            count += 1;
-            if let Some(q) = place_of_b
-                && let Some(w) = place(surface.at(surface.across(c)))
-            {
-                let at = predictions & (MOST - 1);
-                (0..3).for_each(|k| self.parallelograms[k][at] = p[k] + q[k] - w[k]);
-                predictions += 1;
+        let Turn { star, positions, .. } = *turn;
+        let members = star.members();
+        self.members = members.len();
+        (self.count, self.predictions, self.at_boundary) = (0, 0, false);
+        (self.sum, self.sum_of_parallelograms) = ([0; 3], [0; 3]);
+        // Which members are known is hard to guess for a processor: those that are come first, then the others.
+        for i in places(star.known()) {
+            let p = positions[members[i] as usize];
+            let at = self.count & (MOST - 1);
+            self.known[at] = members[i];
+            self.around[i] = p.map(i64::from);
+            for k in 0..3 {
+                self.places[k][at] = p[k];
+                self.sum[k] += p[k] as i64;
             }
+            self.count += 1;
         }
-        (self.count, self.predictions, self.members) = (count, predictions, members);
+        let nowhere = self.around[star.known().trailing_zeros() as usize & (MOST - 1)];
+        for i in places(star.unknown()) {
+            self.at_boundary |= pass.surface.is_virtual(members[i]);
+            let estimate = members[i].checked_sub(pass.first).and_then(|i| pass.estimates.get(i as usize));
+            self.around[i] = estimate.map_or(nowhere, |estimate| estimate.map(|x| x >> FRACTION_BITS));
+        }
+        for i in places(star.parallelograms()) {
+            let place = |v: u32| positions[v as usize];
+            let following = if i + 1 < members.len() { i + 1 } else { 0 };
+            let (p, q, w) = (place(members[i]), place(members[following]), place(star.wing(i)));
+            let at = self.predictions & (MOST - 1);
+            for k in 0..3 {
+                let x = p[k] + q[k] - w[k];
+                self.parallelograms[k][at] = x;
+                self.sum_of_parallelograms[k] += x as i64;
+            }
+            self.predictions += 1;
+        }
     }
 
     /// How many neighbours are known.
@@ -91,21 +97,14 @@ impl Ring {
     pub fn vertices(&self) -> &[u32] {
         &self.known[..self.count]
     }
-
-    /// The coordinates of the known neighbours along an axis.
-    fn along(&self, axis: usize) -> &[i32] {
-        &self.places[axis][..self.count]
-    }
 }
 
 /// Everything that the models look at.
 pub(crate) struct Neighbourhood<'a> {
-    /// The experts' points, in 1/256: the first, the nearest parallelogram, the corrected
-    /// estimate.
-    pub predictions: [Vector; EXPERTS],
-    /// The second nearest parallelogram, in 1/256.
-    #[cfg_attr(not(feature = "max"), expect(dead_code, reason = "only that effort asks for it"))]
-    pub second: Vector,
+    /// Where the vertex is expected, in 1/256.
+    pub expected: Vector,
+    /// Its estimate, corrected by what those nearby were off, or the mean of the known neighbours without one.
+    pub corrected: Vector,
     /// The mean of the known neighbours, and that of the parallelograms (the corrected estimate without
     /// one), in 1/256.
     #[cfg_attr(not(feature = "max"), expect(dead_code, reason = "only that effort asks for it"))]
@@ -127,6 +126,27 @@ pub(crate) struct Neighbourhood<'a> {
 }
 
 impl Neighbourhood<'_> {
+    /// The two parallelograms nearest to where the vertex is expected, in 1/256.
+    #[cfg(feature = "max")]
+    pub fn two_nearest(&self) -> [Vector; 2] {
+        let (ring, to, otherwise) = (self.ring, self.expected, self.parallel);
+        let point = |i: usize| [0, 1, 2].map(|k| (ring.parallelograms[k][i] as i64) << FRACTION_BITS);
+        // Distances with the numbers of the points behind them, so that nothing branches on a comparison.
+        let [mut least, mut following] = [i64::MAX; 2];
+        for i in 0..ring.predictions {
+            let p = point(i);
+            let distance = (p[0] - to[0]).abs() + (p[1] - to[1]).abs() + (p[2] - to[2]).abs();
+            let found = distance.min(FAR) << MOST.ilog2() | i as i64;
+            following = following.min(least.max(found));
+            least = least.min(found);
+        }
+        match ring.predictions {
+            0 => [otherwise; 2],
+            1 => [point(0); 2],
+            _ => [least, following].map(|found| point(found as usize & (MOST - 1))),
+        }
+    }
+
     /// How far apart the known neighbours lie along an axis, in 1/256.
     #[cfg(feature = "max")]
     pub fn extent(&self, axis: usize) -> u64 {
@@ -172,16 +192,20 @@ impl<'a> Neighbourhood<'a> {
         for (i, &y) in ring.vertices().iter().enumerate() {
             tangential += rough[y as usize].tangential as u64;
             normal += rough[y as usize].normal as u64;
-            // By how much its estimate was off, if it had one.
-            if let Some(e) = y.checked_sub(pass.first).and_then(|i| pass.estimates.get(i as usize)) {
-                (0..3).for_each(|k| error[k] += ((ring.places[k][i] as i64) << FRACTION_BITS) - e[k]);
-                with_error += 1;
+            // By how much its estimate was off, if it had one: a processor could not guess which of them the pass has
+            // coded.
+            let j = y.wrapping_sub(pass.first) as usize;
+            let has_error = j < pass.estimates.len();
+            if let Some(e) = pass.estimates.get(if has_error { j } else { 0 }) {
+                let off = |k: usize| ((ring.places[k][i] as i64) << FRACTION_BITS) - e[k];
+                (0..3).for_each(|k| error[k] += off(k) & -(has_error as i64));
             }
+            with_error += has_error as usize;
         }
-        let mean = [0, 1, 2].map(|k| mean_of(ring.along(k)));
+        let mean = ring.sum.map(|sum| mean_of(sum, n));
         let mut edge = 0u64;
         for i in 0..n {
-            let off = |k: usize| ((ring.places[k][i] as i64) << FRACTION_BITS).abs_diff(mean[k]);
+            let off = |k: usize| (((ring.places[k][i] as i64) << FRACTION_BITS) - mean[k]).unsigned_abs();
             edge += off(0).max(off(1)).max(off(2));
         }
         let edge = divide(edge, n);
@@ -191,7 +215,7 @@ impl<'a> Neighbourhood<'a> {
         let corrected = estimate.map(|&e| [0, 1, 2].map(|k| e[k] + error[k]));
         let fallback = corrected.unwrap_or(mean);
         let base =
-            if count == 0 { fallback } else { [0, 1, 2].map(|k| mean_of(&ring.parallelograms[k][..count])) };
+            if count == 0 { fallback } else { ring.sum_of_parallelograms.map(|sum| mean_of(sum, count)) };
         let first = match estimate {
             Some(e) => {
                 let [of_base, of_estimate, of_error] = pass.shares[class];
@@ -203,10 +227,9 @@ impl<'a> Neighbourhood<'a> {
             }
             None => base,
         };
-        let [nearest, second] = ring.two_nearest(first, base);
         Neighbourhood {
-            predictions: [first, nearest, fallback],
-            second,
+            expected: first,
+            corrected: fallback,
             mean,
             parallel: base,
             normal: ring.normal(),
@@ -221,49 +244,24 @@ impl<'a> Neighbourhood<'a> {
     }
 }
 
-/// The mean of up to 32 coordinates in 1/256, rounded down.
+/// The mean in 1/256 of up to 32 coordinates of this sum, rounded down.
 #[inline(always)]
-fn mean_of(values: &[i32]) -> i64 {
+fn mean_of(sum: i64, n: usize) -> i64 {
     // Lifted by more than any of them, the sum is positive.
     const LIFT: i64 = 1 << 40;
-    let n = values.len();
-    let sum: i64 = values.iter().map(|&x| x as i64).sum();
     divide(((sum << FRACTION_BITS) + LIFT * n as i64) as u64, n) as i64 - LIFT
 }
 
 impl Ring {
-    /// The two parallelograms nearest to `to`, in 1/256.
-    fn two_nearest(&self, to: Vector, otherwise: Vector) -> [Vector; 2] {
-        let point = |i: usize| [0, 1, 2].map(|k| (self.parallelograms[k][i] as i64) << FRACTION_BITS);
-        let mut best = [(i64::MAX, 0), (i64::MAX, 0)];
-        for i in 0..self.predictions {
-            let p = point(i);
-            let distance = (p[0] - to[0]).abs() + (p[1] - to[1]).abs() + (p[2] - to[2]).abs();
-            if distance < best[0].0 {
-                best = [(distance, i), best[0]];
-            } else if distance < best[1].0 {
-                best[1] = (distance, i);
-            }
-        }
-        match self.predictions {
-            0 => [otherwise; 2],
-            1 => [point(0); 2],
-            _ => best.map(|(_, i)| point(i)),
-        }
-    }
-
     /// Area vector of the ring.
     fn normal(&self) -> Vector {
         let origin = [0, 1, 2].map(|k| self.places[k][0] as i64);
-        let members = &self.around[..self.members];
-        let place = |member: &Option<Vector>| member.map(|p| [0, 1, 2].map(|k| p[k] - origin[k]));
+        let place = |i: usize| [0, 1, 2].map(|k| self.around[i & (MOST - 1)][k] - origin[k]);
         let mut sum = [0i64; 3];
-        let mut before = members.last().and_then(place);
-        for member in members {
-            let here = place(member);
-            if let (Some(a), Some(b)) = (before, here) {
-                add_to(&mut sum, cross(a, b));
-            }
+        let mut before = place(self.members.wrapping_sub(1));
+        for i in 0..self.members {
+            let here = place(i);
+            add_to(&mut sum, cross(before, here));
             before = here;
         }
         let all = sum.iter().fold(0, |m, x| m | x.unsigned_abs());

@@ -4,7 +4,7 @@
 //! for three fine ones. What its neighbours did and which valences would result tell the rest.
 //! Profiles differ in how many opinions they hear.
 
-use super::model::{BitModel, LIMIT};
+use super::model::LIMIT;
 #[cfg(feature = "max")]
 use super::panel::SplitPanel;
 use super::priors;
@@ -18,7 +18,6 @@ use crate::mesh::Surface;
 pub(crate) enum SplitModels {
     /// One opinion.
     Counted(Vec<Counter>),
-    Mixed(BitModel<4>),
     /// More of them, for size.
     #[cfg(feature = "max")]
     Panel(Box<SplitPanel>),
@@ -57,12 +56,9 @@ pub(super) struct Face<'a> {
 impl SplitModels {
     pub fn new(effort: Effort) -> Self {
         match effort {
-            Effort::Fast => SplitModels::Counted(priors::counters(&priors::SPLIT[..1])),
             #[cfg(feature = "max")]
             Effort::Max => SplitModels::Panel(Box::default()),
-            _ => {
-                SplitModels::Mixed(BitModel::expecting(priors::SPLIT, priors::SPLIT_WEIGHTS, Face::SETS, 260))
-            }
+            _ => SplitModels::Counted(priors::counters(&priors::SPLIT[..1])),
         }
     }
 
@@ -76,7 +72,6 @@ impl SplitModels {
             let face = course.look(index, corners, opposites);
             *bit = match self {
                 SplitModels::Counted(counters) => counters[face.context()].code(coder, *bit, LIMIT),
-                SplitModels::Mixed(bits) => bits.code(coder, *bit, face.set(), face.contexts()),
                 #[cfg(feature = "max")]
                 SplitModels::Panel(panel) => panel.code(coder, *bit, &face),
             };
@@ -166,7 +161,7 @@ impl Face<'_> {
         self.area == VIRTUAL
     }
 
-    /// The one opinion of the fast profile.
+    /// The one opinion of the fast and the default profile.
     #[inline(always)]
     fn context(&self) -> usize {
         let large = !self.is_virtual() && self.beyond_threshold() >= Threshold::MARGIN;
@@ -313,9 +308,8 @@ impl Threshold {
 #[cfg(all(test, feature = "max"))]
 impl Drop for SplitModels {
     fn drop(&mut self) {
-        if let SplitModels::Mixed(bits) = self {
-            use super::training::Table;
-            bits.note(Table::Split, Table::SplitWeights);
+        if let SplitModels::Counted(counters) = self {
+            super::training::note_counters(super::training::Table::Split(0), counters);
         }
     }
 }

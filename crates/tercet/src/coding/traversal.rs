@@ -7,7 +7,8 @@
 //! vertex in constant time (Dial, "Algorithm 360: Shortest-path forest with topological ordering",
 //! 1969).
 
-use crate::mesh::{Surface, next, prev};
+use super::star::{Members, Star, places};
+use crate::mesh::Surface;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -49,27 +50,25 @@ impl Support {
     /// Of the vertices from `first` on by the real ones before, which are known. Time O(n).
     pub fn new(surface: &Surface, first: u32) -> Self {
         let Traversal { known, corner, .. } = Traversal::by_number(surface, first);
-        let mut degree = vec![0u8; corner.len()];
-        let is_known = |v: u32| known[v as usize];
+        let count = surface.vertices - first;
+        // Those that are known share one more entry: a processor could not guess which are.
+        let mut degree = vec![0u8; count as usize + 1];
+        let is_known = |v: u32| (surface.virtuals..first).contains(&v) as u8;
         let faces = surface.vertex.as_chunks::<3>().0.iter().zip(surface.opposite.as_chunks::<3>().0);
         for (t, o) in faces {
             let known = t.map(is_known);
             for k in 0..3 {
-                let (knows_a, knows_b) = (known[(k + 1) % 3], known[(k + 2) % 3]);
-                let degree = match t[k].checked_sub(first) {
-                    Some(i) if knows_a || knows_b => &mut degree[i as usize],
-                    _ => continue,
-                };
+                let knows_a = known[(k + 1) % 3];
+                let pair = knows_a & known[(k + 2) % 3];
+                let parallelogram = pair & is_known(surface.at(o[k]));
                 // The face after this one adds what the other of its neighbours is worth.
-                let neighbour = if knows_a { NEIGHBOUR } else { 0 };
-                let face = match knows_a && knows_b {
-                    true if is_known(surface.at(o[k])) => PAIR + PARALLELOGRAM,
-                    true => PAIR,
-                    false => 0,
-                };
-                *degree = (*degree + neighbour + face).min(HIGHEST);
+                let by = NEIGHBOUR * knows_a + PAIR * pair + PARALLELOGRAM * parallelogram;
+                let degree = &mut degree[t[k].wrapping_sub(first).min(count) as usize];
+                *degree = degree.saturating_add(by);
             }
         }
+        degree.truncate(count as usize);
+        degree.iter_mut().for_each(|degree| *degree = HIGHEST.min(*degree));
         Support { known, first, corner, degree }
     }
 
@@ -134,53 +133,32 @@ impl Traversal {
         self.corner.get(i as usize).map(|&corner| (self.first + i, corner))
     }
 
-    /// Notes that the vertex at `corner`, which was next, is known. Time O(valence).
-    pub fn reach(&mut self, surface: &Surface, corner: u32) {
-        let v = surface.at(corner);
+    /// Notes that `v`, which was next, is known; `star` is what was around it before. Time O(1).
+    pub fn reach(&mut self, v: u32, star: &Star) {
         self.known[v as usize] = true;
         self.visited += 1;
         let Some(queue) = &mut self.queue else { return };
         queue.remove(v - self.first);
-        // Across an edge from the vertex to a member of its ring lie that member's two neighbours in the ring:
-        // which of them are known tells what the faces at the vertex are worth.
-        let is_known = |c: u32| self.known[surface.at(c) as usize];
-        let face = |a: bool, beyond: bool| match (a, beyond) {
-            (false, _) => 0,
-            (true, false) => PAIR,
-            (true, true) => PAIR + PARALLELOGRAM,
-        };
-        let (mut c, mut a) = (corner, surface.at(next(corner)));
-        let mut knows_a = self.known[a as usize];
-        let mut knows_before = is_known(surface.across(prev(corner)));
-        let mut before = 0;
-        loop {
-            let following = surface.swing(c);
-            let (b, after) = (surface.at(prev(c)), surface.at(prev(following)));
-            let knows_b = self.known[b as usize];
-            if knows_a {
-                if knows_b {
-                    let beyond = surface.at(surface.across(c));
-                    raise(&self.known, self.first, queue, beyond, PARALLELOGRAM);
+        // Of a member that is still to be visited both faces at the vertex are worth what their other members are,
+        // which have the ones after them for wings.
+        let (after, before) = (star.after(1), star.before(1));
+        let (wing_after, wing_before) = (after & star.after(2), before & star.before(2));
+        let wings = star.unknown_wings();
+        for i in places(star.unknown() | wings) {
+            let bit = |some: Members| (some >> i & 1) as u8;
+            let (raised, by) = match bit(wings) {
+                0 => {
+                    let pairs = PAIR * (bit(after) + bit(before));
+                    let parallelograms = PARALLELOGRAM * (bit(wing_after) + bit(wing_before));
+                    (star.members()[i], NEIGHBOUR + pairs + parallelograms)
                 }
-            } else {
-                let by = before + NEIGHBOUR + face(knows_b, self.known[after as usize]);
-                raise(&self.known, self.first, queue, a, by);
-            }
-            before = face(knows_a, knows_before);
-            (c, a, knows_before, knows_a) = (following, b, knows_a, knows_b);
-            if c == corner {
-                break;
+                _ => (star.wing(i), PARALLELOGRAM),
+            };
+            // Virtual vertices are never visited.
+            if let Some(i) = raised.checked_sub(self.first) {
+                queue.raise(i, by);
             }
         }
-        raise(&self.known, self.first, queue, a, before);
-    }
-}
-
-/// Adds to the support of `v`, if it is still to be visited.
-#[inline(always)]
-fn raise(known: &[bool], first: u32, queue: &mut Queue, v: u32, by: u8) {
-    if by > 0 && v >= first && !known[v as usize] {
-        queue.raise(v - first, by);
     }
 }
 
@@ -218,7 +196,7 @@ impl Queue {
     /// The first item of the highest degree.
     fn first(&self) -> Option<u32> {
         let degree = self.occupied.checked_ilog2()?;
-        Some(self.after[self.degree.len() + degree as usize])
+        Some(self.before[self.degree.len() + degree as usize])
     }
 
     fn raise(&mut self, i: u32, by: u8) {
@@ -257,17 +235,19 @@ impl Queue {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::cut;
+    use crate::mesh::{cut, next, prev};
     use crate::shapes::{grid, sphere, torus};
 
     /// All vertices in the order of their visits.
     fn visits(surface: &Surface, mut traversal: Traversal) -> Vec<u32> {
         let mut order = Vec::new();
+        let mut star = Star::default();
         while let Some((v, corner)) = traversal.next() {
             assert_eq!(surface.at(corner), v);
             assert!(!traversal.known()[v as usize]);
             order.push(v);
-            traversal.reach(surface, corner);
+            star.gather(surface, corner, traversal.known());
+            traversal.reach(v, &star);
         }
         order
     }
@@ -292,12 +272,13 @@ mod tests {
             for first in [surface.virtuals, surface.virtuals + 20] {
                 let corners = surface.any_corner();
                 let mut traversal = Support::new(&surface, first).visit_all();
-                let mut seen = 0;
+                let (mut seen, mut star) = (0, Star::default());
                 while let Some((v, corner)) = traversal.next() {
                     let of = |v: u32| support(&surface, corners[v as usize], traversal.known());
                     let best = (first..surface.vertices).filter(|&v| !traversal.known()[v as usize]).map(of);
                     assert_eq!(Some(of(v)), best.max());
-                    traversal.reach(&surface, corner);
+                    star.gather(&surface, corner, traversal.known());
+                    traversal.reach(v, &star);
                     seen += 1;
                     assert_eq!(traversal.visited(), seen as usize);
                 }

@@ -237,12 +237,10 @@ impl Coder for Decoder<'_> {
     fn bit(&mut self, _: bool, p: u16) -> bool {
         let ones = (self.range >> 16) * p as u64;
         let bit = self.code < ones;
-        if bit {
-            self.range = ones;
-        } else {
-            self.code -= ones;
-            self.range -= ones;
-        }
+        // A processor could not guess it, and often nothing depends on it but numbers.
+        let zero = (bit as u64).wrapping_sub(1);
+        self.code -= ones & zero;
+        self.range = ones ^ ((ones ^ (self.range - ones)) & zero);
         self.renormalise();
         bit
     }

@@ -135,12 +135,13 @@ impl Surface {
 
     /// One corner of every vertex from `first` on: the one of smallest index.
     pub fn any_corner_from(&self, first: u32) -> Vec<u32> {
-        let mut corner = vec![NONE; (self.vertices - first) as usize];
-        for c in (0..self.vertex.len() as u32).rev() {
-            if let Some(i) = self.at(c).checked_sub(first) {
-                corner[i as usize] = c;
-            }
+        let count = self.vertices - first;
+        // Those before go to one more entry: a processor could not guess which.
+        let mut corner = vec![NONE; count as usize + 1];
+        for (c, &v) in self.vertex.iter().enumerate().rev() {
+            corner[v.wrapping_sub(first).min(count) as usize] = c as u32;
         }
+        corner.truncate(count as usize);
         corner
     }
 
