@@ -58,7 +58,9 @@ const SUPPLIED: usize = 16;
 const LOW_RANGE: u64 = 1 << 32;
 const WORD: usize = 4;
 
-/// Writes decisions.
+/// Writes decisions. Coders of several threads lie side by side: two in one cache line, or in the pair of lines that a
+/// processor fetches together, would take it from each other with each decision.
+#[repr(align(128))]
 pub(crate) struct Encoder {
     low: u64,
     range: u64,
@@ -166,7 +168,8 @@ pub(crate) struct Cursor {
     at: usize,
 }
 
-/// Reads decisions; past the end of the bytes it reads zeros.
+/// Reads decisions; past the end of the bytes it reads zeros. Aligned as an [`Encoder`] is, for the same reason.
+#[repr(align(128))]
 pub(crate) struct Decoder<'a> {
     code: u64,
     range: u64,
