@@ -47,3 +47,48 @@ impl Splits {
         });
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::entropy::{Decoder, Encoder};
+    use crate::mesh::cut;
+    use crate::shapes::{noisy, sphere};
+
+    const COUNT: usize = 3;
+
+    fn coded<C: Coder + Send>(
+        surface: &Surface,
+        sketch: &Sketch,
+        mut coders: Vec<C>,
+        split: &[bool],
+    ) -> (Vec<C>, Vec<bool>) {
+        let mut split = split.to_vec();
+        Splits::new(Effort::Default).code(&mut coders, 2, surface, sketch, &mut split);
+        (coders, split)
+    }
+
+    #[test]
+    fn regions_come_back_each_from_its_own_stream() {
+        let cut = cut(&noisy(&sphere(3), 0.05, 1));
+        let surface = &cut.surface;
+        let positions: Vec<_> =
+            (0..surface.vertices as i32).map(|v| [v * 7 % 300, v * 11 % 300, v]).collect();
+        let sketch = Sketch::new(surface, &positions);
+        let mut split: Vec<bool> = (0..surface.faces()).map(|f| f % 3 == 0).collect();
+        let streams = |split: &[bool]| {
+            let encoders = (0..COUNT).map(|_| Encoder::new()).collect();
+            let (encoders, _) = coded(surface, &sketch, encoders, split);
+            encoders.into_iter().map(Encoder::finish).collect::<Vec<_>>()
+        };
+        let written = streams(&split);
+        let decoders: Vec<_> = written.iter().map(|bytes| Decoder::new(bytes)).collect();
+        assert_eq!(coded(surface, &sketch, decoders, &vec![false; split.len()]).1, split);
+        // What the others are does not show in a region's stream.
+        let last = split.len() - 1;
+        split[0] = !split[0];
+        split[last] = !split[last];
+        let changed = streams(&split);
+        assert!(written[0] != changed[0] && written[1] == changed[1] && written[2] != changed[2]);
+    }
+}
