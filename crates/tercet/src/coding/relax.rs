@@ -9,6 +9,7 @@ use super::reciprocal::{self, divide_signed};
 use super::vector::{COORDINATE_LIMIT, Point};
 use crate::Effort;
 use crate::mesh::Surface;
+use crate::parallel;
 
 /// Estimates of late vertices have so many bits behind the point.
 pub(crate) const ESTIMATE_BITS: u32 = 3;
@@ -34,23 +35,26 @@ pub(crate) fn rounded(p: Point) -> Point {
 /// Smooths the estimates of the vertices from `first` on; `points` has an entry a vertex, and those of virtual
 /// ones become 0. Time O(n).
 pub(crate) fn relax(surface: &Surface, points: &mut [Point], first: u32, effort: Effort) {
+    let (real, first) = (surface.virtuals as usize, first as usize);
     let neighbours = real_neighbours(surface);
     // So that virtual vertices add nothing to a sum.
-    points[..surface.virtuals as usize].fill([0; 3]);
+    points[..real].fill([0; 3]);
     let mut sums = Vec::new();
     let mut off = vec![[0i32; 3]; points.len()];
     for _ in 0..sweeps(effort) {
         sum_neighbours(surface, points, &mut sums);
-        for v in surface.virtuals as usize..points.len() {
-            off[v] = from_mean(&sums[v], neighbours[v], points[v]);
-        }
+        parallel::for_entries(&mut off[real..], |i, off| {
+            let v = real + i;
+            *off = from_mean(&sums[v], neighbours[v], points[v]);
+        });
         sum_neighbours(surface, &off, &mut sums);
-        for v in first as usize..points.len() {
+        parallel::for_entries(&mut points[first..], |i, point| {
+            let v = first + i;
             let second = from_mean(&sums[v], neighbours[v], off[v]);
-            for (x, second) in points[v].iter_mut().zip(second) {
+            for (x, second) in point.iter_mut().zip(second) {
                 *x = (*x - second / 2).clamp(-LARGEST, LARGEST);
             }
-        }
+        });
     }
 }
 
