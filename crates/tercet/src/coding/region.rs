@@ -14,7 +14,7 @@ use std::sync::{Mutex, PoisonError};
 
 /// A region has at least so many items: its models begin with what those of the first have learnt, and
 /// with so many to learn from it costs less than 2 % of the bits.
-const LEAST: u32 = 1 << 11;
+const LEAST: u32 = 3 << 10;
 
 /// How many regions so many items have in a file of `streams` streams, if they can have several: the vertices of a pass,
 /// if it visits the best supported one first, or the faces that split bits are about.
