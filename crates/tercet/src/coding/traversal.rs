@@ -8,7 +8,9 @@
 //! 1969).
 
 use crate::mesh::{Surface, next, prev};
+use std::iter::once;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// What a known neighbour, two of them in one face, and a parallelogram are worth.
 const NEIGHBOUR: u8 = 1;
@@ -32,52 +34,24 @@ impl Share {
         let bound = |i: u32| (count as u64 * i as u64 / self.of as u64) as u32;
         bound(self.index)..bound(self.index + 1)
     }
-
-    /// The corners among which the share has those of the smallest numbers of the vertices from `first` on, which are
-    /// `corner`: in their order, each share has as many vertices. Time O(n).
-    fn corners(self, surface: &Surface, first: u32, corner: &[u32]) -> Range<u32> {
-        if self.of == 1 {
-            return 0..u32::MAX;
-        }
-        let is_smallest =
-            |c: &u32| surface.at(*c).checked_sub(first).is_some_and(|i| corner[i as usize] == *c);
-        let in_order: Vec<u32> = (0..surface.vertex.len() as u32).filter(is_smallest).collect();
-        let Range { start, end } = self.range(in_order.len() as u32);
-        let at = |rank: u32| in_order.get(rank as usize).copied().unwrap_or(u32::MAX);
-        at(start)..at(end)
-    }
 }
 
-/// Which vertices of a pass are known, and which one comes next.
-pub(crate) struct Traversal {
-    /// Real vertices whose positions are known.
+/// How well each vertex of a pass is supported before it: what the visits of all its shares begin with.
+#[derive(Clone)]
+pub(crate) struct Support {
     known: Vec<bool>,
-    /// The pass's first vertex.
     first: u32,
-    /// For each vertex from `first` on its corner of the smallest number.
-    corner: Vec<u32>,
-    /// Vertices visited so far: in the order of numbers the next one, counted from `first`.
-    visited: u32,
-    /// The vertices still to be visited, if they are visited by their support.
-    queue: Option<Queue>,
+    corner: Arc<Vec<u32>>,
+    /// For each vertex from `first` on.
+    degree: Vec<u8>,
 }
 
-impl Traversal {
-    /// Visits the vertices from `first` on in the order of their numbers; the real ones before are
-    /// known. Time O(n).
-    pub fn by_number(surface: &Surface, first: u32) -> Self {
-        let mut known = vec![false; surface.vertices as usize];
-        known[surface.virtuals as usize..first as usize].fill(true);
-        let corner = surface.any_corner_from(first);
-        Traversal { known, first, corner, visited: 0, queue: None }
-    }
-
-    /// Visits a share of them in the order of their corners of the smallest numbers, the best supported vertex first, of
-    /// several the one that has been so longest. Time O(n).
-    pub fn by_support(surface: &Surface, first: u32, share: Share) -> Self {
-        let mut traversal = Traversal::by_number(surface, first);
-        let mut degree = vec![0u8; (surface.vertices - first) as usize];
-        let is_known = |v: u32| traversal.known[v as usize];
+impl Support {
+    /// Of the vertices from `first` on by the real ones before, which are known. Time O(n).
+    pub fn new(surface: &Surface, first: u32) -> Self {
+        let Traversal { known, corner, .. } = Traversal::by_number(surface, first);
+        let mut degree = vec![0u8; corner.len()];
+        let is_known = |v: u32| known[v as usize];
         let faces = surface.vertex.as_chunks::<3>().0.iter().zip(surface.opposite.as_chunks::<3>().0);
         for (t, o) in faces {
             let known = t.map(is_known);
@@ -97,10 +71,61 @@ impl Traversal {
                 *degree = (*degree + neighbour + face).min(HIGHEST);
             }
         }
-        let corners = share.corners(surface, first, &traversal.corner);
-        let mine = |i: u32| corners.contains(&traversal.corner[i as usize]);
-        traversal.queue = Some(Queue::new(degree, mine));
-        traversal
+        Support { known, first, corner, degree }
+    }
+
+    /// Visits the best supported vertex first, of several the one that has been so longest. Time O(n).
+    pub fn visit_all(self) -> Traversal {
+        self.visit(|_| true)
+    }
+
+    /// The same for those of the vertices whose corners of the smallest numbers are among these.
+    pub fn visit_share(self, corners: Range<u32>) -> Traversal {
+        self.visit(|corner| corners.contains(&corner))
+    }
+
+    /// The corners at which so many `shares` begin, and where the last one ends: of the vertices, in the order of their
+    /// corners of the smallest numbers, each has as many. Time O(n).
+    pub fn bounds(&self, surface: &Surface, shares: u32) -> Vec<u32> {
+        let is_smallest =
+            |c: &u32| surface.at(*c).checked_sub(self.first).is_some_and(|i| self.corner[i as usize] == *c);
+        let in_order: Vec<u32> = (0..surface.vertex.len() as u32).filter(is_smallest).collect();
+        let begins = (0..shares).map(|index| {
+            let Range { start, .. } = Share { index, of: shares }.range(in_order.len() as u32);
+            in_order.get(start as usize).copied().unwrap_or(u32::MAX)
+        });
+        begins.chain(once(u32::MAX)).collect()
+    }
+
+    fn visit(self, mine: impl Fn(u32) -> bool) -> Traversal {
+        let Support { known, first, corner, degree } = self;
+        let queue = Some(Queue::new(degree, |i| mine(corner[i as usize])));
+        Traversal { known, first, corner, visited: 0, queue }
+    }
+}
+
+/// Which vertices of a pass are known, and which one comes next.
+pub(crate) struct Traversal {
+    /// Real vertices whose positions are known.
+    known: Vec<bool>,
+    /// The pass's first vertex.
+    first: u32,
+    /// For each vertex from `first` on its corner of the smallest number.
+    corner: Arc<Vec<u32>>,
+    /// Vertices visited so far: in the order of numbers the next one, counted from `first`.
+    visited: u32,
+    /// The vertices still to be visited, if they are visited by their support.
+    queue: Option<Queue>,
+}
+
+impl Traversal {
+    /// Visits the vertices from `first` on in the order of their numbers; the real ones before are
+    /// known. Time O(n).
+    pub fn by_number(surface: &Surface, first: u32) -> Self {
+        let mut known = vec![false; surface.vertices as usize];
+        known[surface.virtuals as usize..first as usize].fill(true);
+        let corner = Arc::new(surface.any_corner_from(first));
+        Traversal { known, first, corner, visited: 0, queue: None }
     }
 
     /// For each vertex whether its position is known.
@@ -187,8 +212,12 @@ impl Queue {
     /// Items by their degrees, as far as they are `mine`.
     fn new(degree: Vec<u8>, mine: impl Fn(u32) -> bool) -> Self {
         let count = degree.len() as u32;
-        let rings: Vec<u32> = (0..count + DEGREES).collect();
-        let mut queue = Queue { degree, after: rings.clone(), before: rings, occupied: 0 };
+        // Entries of items that are not mine are never asked for, so that their memory need not be there.
+        let [mut after, mut before] = [(); 2].map(|()| vec![0; (count + DEGREES) as usize]);
+        for head in count..count + DEGREES {
+            (after[head as usize], before[head as usize]) = (head, head);
+        }
+        let mut queue = Queue { degree, after, before, occupied: 0 };
         for i in 0..count {
             match mine(i) {
                 true => queue.append(i),
@@ -244,8 +273,6 @@ mod tests {
     use crate::mesh::cut;
     use crate::shapes::{grid, sphere, torus};
 
-    const WHOLE: Share = Share { index: 0, of: 1 };
-
     /// All vertices in the order of their visits.
     fn visits(surface: &Surface, mut traversal: Traversal) -> Vec<u32> {
         let mut order = Vec::new();
@@ -277,7 +304,7 @@ mod tests {
             let surface = cut(&mesh).surface;
             for first in [surface.virtuals, surface.virtuals + 20] {
                 let corners = surface.any_corner();
-                let mut traversal = Traversal::by_support(&surface, first, WHOLE);
+                let mut traversal = Support::new(&surface, first).visit_all();
                 let mut seen = 0;
                 while let Some((v, corner)) = traversal.next() {
                     let of = |v: u32| support(&surface, corners[v as usize], traversal.known());
@@ -304,9 +331,10 @@ mod tests {
     fn shares_are_equal_parts_of_the_whole() {
         let surface = cut(&grid(9, 7)).surface;
         let first = surface.virtuals + 20;
+        let support = Support::new(&surface, first);
         let mut all: Vec<u32> = Vec::new();
-        for index in 0..3 {
-            let part = visits(&surface, Traversal::by_support(&surface, first, Share { index, of: 3 }));
+        for bounds in support.bounds(&surface, 3).windows(2) {
+            let part = visits(&surface, support.clone().visit_share(bounds[0]..bounds[1]));
             assert!(part.len().abs_diff((surface.vertices - first) as usize / 3) < 2);
             all.extend(part);
         }
@@ -321,7 +349,7 @@ mod tests {
         let mut mesh = crate::Mesh { positions: vec![[0.0; 3]; count as usize + 1], faces: Vec::new() };
         mesh.faces.extend((1..count).map(|v| [0, v, v + 1]));
         let surface = cut(&mesh).surface;
-        let order = visits(&surface, Traversal::by_support(&surface, surface.virtuals, WHOLE));
+        let order = visits(&surface, Support::new(&surface, surface.virtuals).visit_all());
         assert_eq!(order.len(), count as usize + 1);
     }
 }
