@@ -44,6 +44,7 @@ mod shape;
 mod site;
 mod sketch;
 mod split;
+mod splits;
 mod spread;
 mod star;
 pub(crate) mod supplement;

@@ -6,21 +6,21 @@
 
 use super::pass::{Pass, Progress, Roughness};
 use super::positions::Positions;
-use super::traversal::{Share, Support, Traversal};
+use super::traversal::{Support, Traversal};
 use super::twin::Twins;
 use super::vector::Point;
 use crate::entropy::Coder;
 use crate::parallel;
 use std::sync::{Mutex, PoisonError};
 
-/// A region has at least so many vertices: its models begin with what those of the first have learnt, and
-/// with so many to learn from it costs less than 1 % of the bits.
-const LEAST: u32 = 1 << 14;
+/// A region has at least so many items: its models begin with what those of the first have learnt, and
+/// with so many to learn from it costs less than 2 % of the bits.
+const LEAST: u32 = 3 << 10;
 
-/// How many regions a pass over `vertices` vertices has in a file of `streams` streams: several only if it
-/// visits the best supported vertex first.
-pub(crate) fn regions(streams: u32, vertices: u32, by_support: bool) -> u32 {
-    if by_support && vertices / LEAST >= streams { streams } else { 1 }
+/// How many regions so many items have in a file of `streams` streams, if they can have several: the vertices of a pass,
+/// if it visits the best supported one first, or the faces that split bits are about.
+pub(crate) fn regions(streams: u32, items: u32, divisible: bool) -> u32 {
+    if divisible && items / LEAST >= streams { streams } else { 1 }
 }
 
 /// What is known of each vertex.
@@ -76,16 +76,24 @@ pub(crate) struct Regions {
 /// What all regions of a pass begin with, computed once for all of them.
 struct Start {
     support: Support,
+    /// The corners that each has of those of the smallest numbers, up to the next one's first.
+    bounds: Vec<u32>,
     twins: Option<Twins>,
 }
 
 impl Start {
-    fn new(pass: &Pass, field: &Field) -> Self {
-        Start { support: Support::new(pass.surface, pass.first), twins: pass.twins(&field.positions) }
+    fn new(pass: &Pass, field: &Field, regions: u32) -> Self {
+        let (support, twins) = parallel::join(
+            field.positions.len(),
+            || Support::new(pass.surface, pass.first),
+            || pass.twins(&field.positions),
+        );
+        Start { bounds: support.bounds(pass.surface, regions), support, twins }
     }
 
-    fn region(&self, index: u32, of: u32, pass: &Pass) -> Progress {
-        let traversal = self.support.clone().visit_share(pass.surface.faces(), Share { index, of });
+    fn region(&self, index: u32) -> Progress {
+        let [begin, end] = [index, index + 1].map(|i| self.bounds[i as usize]);
+        let traversal = self.support.clone().visit_share(begin..end);
         Progress::new(traversal, self.twins.clone())
     }
 }
@@ -123,7 +131,7 @@ impl Regions {
     ) -> bool {
         let known = pass.first as usize;
         if self.count > 1 && self.several.is_none() {
-            self.several = Some((Start::new(pass, field), Changes::new(&field.rough[..known])));
+            self.several = Some((Start::new(pass, field, self.count), Changes::new(&field.rough[..known])));
         }
         let untouched = self.done == 0 && self.current.is_none();
         let all = coders.len() == self.count as usize && coders.iter().all(Coder::is_whole);
@@ -143,7 +151,7 @@ impl Regions {
     fn begin(&self, pass: &Pass, models: &mut Positions, field: &Field) -> Progress {
         models.begin(pass, &field.positions, &field.rough);
         match &self.several {
-            Some((start, _)) => start.region(self.done, self.count, pass),
+            Some((start, _)) => start.region(self.done),
             None => {
                 let traversal = match pass.by_support {
                     true => Support::new(pass.surface, pass.first).visit_all(),
@@ -175,7 +183,7 @@ impl Regions {
             let mut own = whole().0.clone();
             for ((index, models), coder) in share {
                 models.begin(pass, &own.positions, &own.rough);
-                let mut progress = start.region(index, count, pass);
+                let mut progress = start.region(index);
                 models.code(coder, pass, &mut progress, targets, &mut own.positions, &mut own.rough);
                 let (field, changes) = &mut *whole();
                 changes.take(&mut own.rough[..known]);

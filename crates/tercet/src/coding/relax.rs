@@ -9,6 +9,7 @@ use super::reciprocal::{self, divide_signed};
 use super::vector::{COORDINATE_LIMIT, Point};
 use crate::Effort;
 use crate::mesh::Surface;
+use crate::parallel;
 use std::ops::AddAssign;
 
 /// Estimates of late vertices have so many bits behind the point.
@@ -35,9 +36,10 @@ pub(crate) fn rounded(p: Point) -> Point {
 /// Smooths the estimates of the vertices from `first` on; `points` has an entry a vertex, and those of virtual
 /// ones become 0. Time O(n).
 pub(crate) fn relax(surface: &Surface, points: &mut [Point], first: u32, effort: Effort) {
+    let (real, first) = (surface.virtuals as usize, first as usize);
     let neighbours = real_neighbours(surface);
     // So that virtual vertices add nothing to a sum.
-    points[..surface.virtuals as usize].fill([0; 3]);
+    points[..real].fill([0; 3]);
     let longest = points.iter().flatten().fold(0, |most, x| most.max(x.unsigned_abs())) as u64;
     let most = neighbours.iter().copied().max().unwrap_or(0) as u64;
     // A difference is at most twice as long. Sums of 32 bits are what processors add four of at once.
@@ -52,13 +54,14 @@ pub(crate) fn relax(surface: &Surface, points: &mut [Point], first: u32, effort:
 type Padded<T> = [T; 4];
 
 /// As [`relax`], with sums of a type that can hold them.
-fn smooth<T: From<i32> + Into<i64> + AddAssign + Copy>(
+fn smooth<T: From<i32> + Into<i64> + AddAssign + Copy + Sync>(
     surface: &Surface,
     points: &mut [Point],
-    first: u32,
+    first: usize,
     neighbours: &[u32],
     effort: Effort,
 ) {
+    let real = surface.virtuals as usize;
     let mut sums = vec![[T::from(0); 4]; points.len()];
     let mut values: Vec<Padded<i32>> = vec![[0; 4]; points.len()];
     for _ in 0..sweeps(effort) {
@@ -66,16 +69,18 @@ fn smooth<T: From<i32> + Into<i64> + AddAssign + Copy>(
             *value = [x, y, z, 0];
         }
         sum_neighbours(surface, &values, &mut sums);
-        for v in surface.virtuals as usize..points.len() {
-            values[v] = from_mean(sums[v], neighbours[v], values[v]);
-        }
+        parallel::for_entries(&mut values[real..], |i, value| {
+            let v = real + i;
+            *value = from_mean(sums[v], neighbours[v], *value);
+        });
         sum_neighbours(surface, &values, &mut sums);
-        for v in first as usize..points.len() {
+        parallel::for_entries(&mut points[first..], |i, point| {
+            let v = first + i;
             let second = from_mean(sums[v], neighbours[v], values[v]);
-            for (x, second) in points[v].iter_mut().zip(second) {
+            for (x, second) in point.iter_mut().zip(second) {
                 *x = (*x - second / 2).clamp(-LARGEST, LARGEST);
             }
-        }
+        });
     }
 }
 

@@ -15,6 +15,7 @@ use crate::entropy::{Coder, Counter, log2_fixed};
 use crate::mesh::Surface;
 
 /// The models of split bits; they live as long as the file.
+#[derive(Clone)]
 pub(crate) enum SplitModels {
     /// One opinion.
     Counted(Vec<Counter>),
@@ -26,7 +27,9 @@ pub(crate) enum SplitModels {
 /// What is decided of the faces of a surface.
 struct Course<'a> {
     sketch: &'a Sketch,
-    /// Of each face 0 until it is decided, then 4 if it is split and 1 if not.
+    /// The first face that is asked about.
+    first: usize,
+    /// Of each face from it on 0 until it is decided, then 4 if it is split and 1 if not.
     outcomes: Vec<u8>,
     /// Of each vertex the [`Counts`] of the faces at it.
     counts: Vec<Counts>,
@@ -62,11 +65,19 @@ impl SplitModels {
         }
     }
 
-    /// Codes `split`, one entry a face of `surface`; time O(n).
-    pub fn code<C: Coder>(&mut self, coder: &mut C, surface: &Surface, sketch: &Sketch, split: &mut [bool]) {
-        let mut course = Course::new(surface, sketch);
-        let faces = surface.vertex.chunks_exact(3).zip(surface.opposite.chunks_exact(3));
-        for (index, ((corners, opposites), bit)) in faces.zip(split).enumerate() {
+    /// Codes `split`, one entry for each of a run of the faces of `surface` from the `first` on; nothing is known of the
+    /// others. Time O(n) of all vertices.
+    pub fn code<C: Coder>(
+        &mut self,
+        coder: &mut C,
+        surface: &Surface,
+        sketch: &Sketch,
+        first: usize,
+        split: &mut [bool],
+    ) {
+        let mut course = Course::new(surface, sketch, first, split.len());
+        let faces = surface.vertex.chunks_exact(3).zip(surface.opposite.chunks_exact(3)).skip(first);
+        for (index, ((corners, opposites), bit)) in (first..).zip(faces.zip(split)) {
             let corners = [corners[0], corners[1], corners[2]];
             let opposites = [opposites[0], opposites[1], opposites[2]];
             let face = course.look(index, corners, opposites);
@@ -85,10 +96,11 @@ impl SplitModels {
 }
 
 impl<'a> Course<'a> {
-    fn new(surface: &'a Surface, sketch: &'a Sketch) -> Self {
+    fn new(surface: &'a Surface, sketch: &'a Sketch, first: usize, faces: usize) -> Self {
         Course {
             sketch,
-            outcomes: vec![0; surface.faces() as usize],
+            first,
+            outcomes: vec![0; faces],
             counts: vec![Counts::default(); surface.vertices as usize],
             threshold: Threshold::default(),
         }
@@ -109,15 +121,22 @@ impl<'a> Course<'a> {
             corners,
             opposites,
             area,
-            neighbours: opposites.map(|o| self.outcomes[(o / 3) as usize]).iter().sum::<u8>().into(),
+            neighbours: opposites.map(|o| self.outcome(o)).iter().sum::<u8>().into(),
             around: corners.iter().fold(Counts(0), |sum, &v| sum.plus(self.counts[v as usize])),
             local,
         }
     }
 
+    /// Of the face of a corner; 0 if it is not asked about.
+    #[inline(always)]
+    fn outcome(&self, corner: u32) -> u8 {
+        let face = ((corner / 3) as usize).wrapping_sub(self.first);
+        self.outcomes.get(face).copied().unwrap_or(0)
+    }
+
     #[inline(always)]
     fn note(&mut self, index: usize, corners: [u32; 3], split: bool) {
-        self.outcomes[index] = if split { 4 } else { 1 };
+        self.outcomes[index - self.first] = if split { 4 } else { 1 };
         let area = self.sketch.area[index];
         if area != VIRTUAL {
             self.threshold.learn(area, split);

@@ -9,6 +9,7 @@
 
 use super::star::{Members, Star, places};
 use crate::mesh::Surface;
+use std::iter::once;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -21,7 +22,7 @@ const PARALLELOGRAM: u8 = 8;
 const DEGREES: u32 = u128::BITS;
 const HIGHEST: u8 = DEGREES as u8 - 1;
 
-/// A share of a surface: the `index`th `of` so many.
+/// A share of the faces or vertices of a surface: the `index`th `of` so many.
 #[derive(Clone, Copy)]
 pub(crate) struct Share {
     pub index: u32,
@@ -30,7 +31,7 @@ pub(crate) struct Share {
 
 impl Share {
     /// The share of `count` items.
-    fn range(self, count: u32) -> Range<u32> {
+    pub fn range(self, count: u32) -> Range<u32> {
         let bound = |i: u32| (count as u64 * i as u64 / self.of as u64) as u32;
         bound(self.index)..bound(self.index + 1)
     }
@@ -77,10 +78,22 @@ impl Support {
         self.visit(|_| true)
     }
 
-    /// The same for a share of the vertices: those whose corners of the smallest numbers lie in a run of `faces` faces.
-    pub fn visit_share(self, faces: u32, share: Share) -> Traversal {
-        let faces = share.range(faces);
-        self.visit(|corner| (3 * faces.start..3 * faces.end).contains(&corner))
+    /// The same for those of the vertices whose corners of the smallest numbers are among these.
+    pub fn visit_share(self, corners: Range<u32>) -> Traversal {
+        self.visit(|corner| corners.contains(&corner))
+    }
+
+    /// The corners at which so many `shares` begin, and where the last one ends: of the vertices, in the order of their
+    /// corners of the smallest numbers, each has as many. Time O(n).
+    pub fn bounds(&self, surface: &Surface, shares: u32) -> Vec<u32> {
+        let is_smallest =
+            |c: &u32| surface.at(*c).checked_sub(self.first).is_some_and(|i| self.corner[i as usize] == *c);
+        let in_order: Vec<u32> = (0..surface.vertex.len() as u32).filter(is_smallest).collect();
+        let begins = (0..shares).map(|index| {
+            let Range { start, .. } = Share { index, of: shares }.range(in_order.len() as u32);
+            in_order.get(start as usize).copied().unwrap_or(u32::MAX)
+        });
+        begins.chain(once(u32::MAX)).collect()
     }
 
     fn visit(self, mine: impl Fn(u32) -> bool) -> Traversal {
@@ -296,14 +309,14 @@ mod tests {
     }
 
     #[test]
-    fn shares_are_parts_of_the_whole() {
+    fn shares_are_equal_parts_of_the_whole() {
         let surface = cut(&grid(9, 7)).surface;
         let first = surface.virtuals + 20;
         let support = Support::new(&surface, first);
         let mut all: Vec<u32> = Vec::new();
-        for index in 0..3 {
-            let part = visits(&surface, support.clone().visit_share(surface.faces(), Share { index, of: 3 }));
-            assert!(part.len() > 3);
+        for bounds in support.bounds(&surface, 3).windows(2) {
+            let part = visits(&surface, support.clone().visit_share(bounds[0]..bounds[1]));
+            assert!(part.len().abs_diff((surface.vertices - first) as usize / 3) < 2);
             all.extend(part);
         }
         all.sort_unstable();
