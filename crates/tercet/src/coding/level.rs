@@ -16,6 +16,7 @@ use super::sketch::Sketch;
 use super::split::SplitModels;
 use super::symmetry::Symmetry;
 use super::tabled::{TableModels, Walk};
+use super::twin::Lone;
 use super::vector::{COORDINATE_LIMIT, Point, Vector};
 use crate::entropy::Coder;
 use crate::mesh::{NONE, Surface};
@@ -45,6 +46,8 @@ pub(crate) struct Levels {
     pub surface: Surface,
     /// What is known of its vertices.
     pub field: Field,
+    /// What the last pass left without a twin, if it was coded by tables and looked for twins.
+    lone: Option<Lone>,
     /// Where the positions of late levels are still to come.
     late: Option<Late>,
     /// The pass over positions that is going on.
@@ -144,6 +147,7 @@ impl Levels {
             regions_at_once: parallel::threads(),
             surface: Surface::default(),
             field: Field::default(),
+            lone: None,
             late: None,
             open: None,
         }
@@ -222,7 +226,7 @@ impl Levels {
     /// by mixing.
     fn course(&mut self, first: u32, order: AxisOrder, faces: Option<(&Surface, &[u32])>) -> Course {
         if Positions::tabled(self.effort, order) {
-            return Course::Tables(Walk::new(self.sites(first, faces)));
+            return Course::Tables(Walk::new(self.sites(first, faces), self.lone.take()));
         }
         let by_support = Positions::visit_by_support(self.effort, order);
         let count = regions(self.streams, self.surface.vertices - first, by_support);
@@ -286,8 +290,11 @@ impl Levels {
     /// Ends the pass, all of whose vertices are coded.
     fn end(&mut self) {
         let Some(open) = self.open.take() else { return };
-        if GROUPS && let Course::Groups(groups) = open.course {
-            self.tables = Some(groups.finish());
+        self.lone = None;
+        match open.course {
+            Course::Groups(groups) if GROUPS => self.tables = Some(groups.finish()),
+            Course::Tables(walk) => self.lone = walk.lone(),
+            _ => {}
         }
         if let Some(lifted) = open.lifted {
             lifted.undo(&mut self.field.positions);
@@ -330,7 +337,7 @@ impl Levels {
         self.tables = Some(models);
         let (first, order) = (pass.first, pass.order);
         let course = match Positions::tabled(self.effort, order) {
-            true => Course::Tables(Walk::new(sites)),
+            true => Course::Tables(Walk::new(sites, self.lone.take())),
             false => self.course(first, order, None),
         };
         self.open.as_mut()?.course = course;

@@ -5,7 +5,7 @@ use super::axes::{AxisOrder, NORMAL, axes};
 use super::ring::Shares;
 use super::symmetry::Symmetry;
 use super::traversal::Traversal;
-use super::twin::Twins;
+use super::twin::{Lone, Twins};
 use super::vector::{COORDINATE_LIMIT, Point, Vector};
 use crate::entropy::Coder;
 use crate::mesh::Surface;
@@ -96,9 +96,10 @@ pub(crate) struct Pass<'a> {
 
 impl Pass<'_> {
     /// What the pass begins to look for twins in, if it does. Of `positions` only those that were known before it are
-    /// looked at: other regions may have changed the rest.
-    pub fn twins(&self, positions: &[Point]) -> Option<Twins> {
-        self.symmetry.map(|symmetry| Twins::new(symmetry, self, positions))
+    /// looked at: other regions may have changed the rest. `lone` are those that the pass before left without a twin, if
+    /// that is known.
+    pub fn twins(&self, positions: &[Point], lone: Option<Lone>) -> Option<Twins> {
+        self.symmetry.map(|symmetry| Twins::new(symmetry, self, positions, lone))
     }
 }
 
@@ -117,7 +118,7 @@ pub(crate) struct Progress {
 impl Progress {
     /// Of a pass that has not begun.
     pub fn new(traversal: Traversal, pass: &Pass, positions: &[Point]) -> Self {
-        Progress { traversal, errors: vec![[0; 3]; pass.estimates.len()], twins: pass.twins(positions) }
+        Progress { traversal, errors: vec![[0; 3]; pass.estimates.len()], twins: pass.twins(positions, None) }
     }
 
     /// Codes the vertices of the pass that are left, those of `targets` when encoding, until all are coded or
@@ -155,7 +156,7 @@ impl Progress {
             let point = code(coder, &turn, &mut self.twins);
             positions[v as usize] = point;
             if let Some(twins) = &mut self.twins {
-                twins.note(v, point);
+                twins.note(v, positions);
             }
             if let Some(estimate) = pass.estimates.get(i) {
                 self.errors[i] =

@@ -13,7 +13,7 @@ use super::detail::{DetailModels, FRACTIONS, Lesson};
 use super::pass::{Pass, Roughness, plain};
 use super::scale::{Scale, ScaleCell, bin};
 use super::site::Site;
-use super::twin::{TwinModels, Twins};
+use super::twin::{Lone, TwinModels, Twins};
 use super::vector::{COORDINATE_LIMIT, Point};
 use crate::entropy::{Coder, Counter, Cumulative, Frequencies, SYMBOLS, log2_fixed, squash};
 use crate::mesh::Surface;
@@ -51,12 +51,20 @@ pub(crate) struct Walk {
     cursor: usize,
     /// Once it has begun.
     twins: Option<Twins>,
+    /// What the pass before left without a twin, until this one begins.
+    lone: Option<Lone>,
 }
 
 impl Walk {
-    /// Over the vertices at `sites`; it has not begun.
-    pub fn new(sites: Vec<Site>) -> Self {
-        Walk { sites, cursor: 0, twins: None }
+    /// Over the vertices at `sites`, after a pass that left the `lone` vertices without a twin, if it did look for twins;
+    /// it has not begun.
+    pub fn new(sites: Vec<Site>, lone: Option<Lone>) -> Self {
+        Walk { sites, cursor: 0, twins: None, lone }
+    }
+
+    /// The vertices that it leaves without a twin, if it looked for twins.
+    pub fn lone(self) -> Option<Lone> {
+        self.twins.map(Twins::lone)
     }
 
     /// How many vertices are still to be visited.
@@ -229,9 +237,9 @@ impl TableModels {
         positions: &mut [Point],
         rough: &mut [Roughness],
     ) -> bool {
-        let Walk { sites, cursor, twins } = walk;
+        let Walk { sites, cursor, twins, lone } = walk;
         if *cursor == 0 && twins.is_none() {
-            *twins = pass.twins(positions);
+            *twins = pass.twins(positions, lone.take());
         }
         while let Some(site) = sites.get(*cursor) {
             if coder.exhausted() {
@@ -254,7 +262,10 @@ impl TableModels {
                     None => plain(coder, pass, target),
                     Some(around) => {
                         let expected = around.expected;
-                        let (point, off) = match self.twins.code(coder, twins, expected, target, positions) {
+                        let twin = twins
+                            .as_mut()
+                            .and_then(|twins| self.twins.code(coder, twins, expected, target, positions));
+                        let (point, off) = match twin {
                             Some(point) => {
                                 (point, Roughness::at(point, expected, around.normal, AxisOrder::NormalLast))
                             }
@@ -268,7 +279,7 @@ impl TableModels {
             };
             positions[v as usize] = point;
             if let Some(twins) = twins {
-                twins.note(v, point);
+                twins.note(v, positions);
             }
             *cursor += 1;
         }
