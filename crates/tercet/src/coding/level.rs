@@ -209,8 +209,11 @@ impl Levels {
         positions.truncate(first as usize);
         positions.extend(estimates.iter().map(|&e| round(e)));
         positions.resize(vertices, [0; 3]);
-        rough.reserve_exact(vertices.saturating_sub(rough.len()));
-        rough.resize(vertices, Roughness::START);
+        // Tables do not ask for it.
+        if self.effort != Effort::Fast {
+            rough.reserve_exact(vertices.saturating_sub(rough.len()));
+            rough.resize(vertices, Roughness::START);
+        }
     }
 
     /// The sites of the vertices from `first` on. They lie in the faces of a coarse surface that became the named
@@ -276,8 +279,7 @@ impl Levels {
             }
             (Course::Tables(walk), [coder, ..]) => {
                 let models = self.tables.get_or_insert_with(TableModels::new);
-                let Field { positions, rough } = &mut self.field;
-                models.code(coder, &pass, walk, targets, positions, rough)
+                models.code(coder, &pass, walk, targets, &mut self.field.positions)
             }
             (Course::Tables(_), []) | (Course::Groups(_), _) => false,
         };
