@@ -10,7 +10,7 @@ use super::around::{Around, Known};
 use super::axes::{AxisOrder, KINDS, NORMAL, axes, kind, shift};
 use super::detail::{DetailModels, FRACTIONS, Lesson};
 use super::pass::{Pass, plain};
-use super::scale::{Scale, ScaleCell, bin};
+use super::scale::{RecentMean, Scale, ScaleCell, bin};
 use super::site::Site;
 use super::twin::{Lone, TwinModels, Twins};
 use super::vector::{COORDINATE_LIMIT, Point};
@@ -24,8 +24,8 @@ use wide::i32x4;
 pub(crate) struct TableModels {
     /// By kind of axis and the mean of the last errors.
     cells: Vec<ScaleCell>,
-    /// By kind of axis the mean magnitude of the last errors, in 1/256 and with [`MEAN_BITS`] behind the point.
-    recent: [u64; KINDS],
+    /// By kind of axis, of the last errors.
+    recent: [RecentMean<MEMORY>; KINDS],
     /// By kind of axis, width and the symbol that the nearest parallelogram's coordinate would be.
     symbols: Vec<Frequencies>,
     /// By kind of axis and length in bits.
@@ -40,18 +40,14 @@ const RECENT: usize = 24;
 
 /// Each error counts 2^−this in the mean of the last ones.
 const MEMORY: u32 = 3;
-const MEAN_BITS: u32 = 8;
 /// What the means begin with: errors of eight steps.
-const START: u64 = 8 << FRACTION_BITS << MEAN_BITS;
+const START: u64 = 8 << FRACTION_BITS;
 pub(super) const WIDTHS: usize = 41;
 /// Lengths of escapes.
 pub(super) const LENGTHS: usize = 32;
 
 /// Symbols for errors within ± this, in units; the last symbol is for those beyond.
 const NEAR: i64 = 7;
-
-/// Errors are held below this.
-const FAR: u64 = 1 << 36;
 
 /// How far a pass has come.
 pub(crate) struct Walk {
@@ -220,7 +216,7 @@ impl TableModels {
             cells: vec![ScaleCell::default(); KINDS * RECENT],
             symbols: table(SYMBOLS),
             escapes: vec![Counter::NEW; KINDS * LENGTHS],
-            recent: [START; KINDS],
+            recent: [RecentMean::new(START); KINDS],
             details: DetailModels::new(table(FRACTIONS)),
             twins: TwinModels::new(),
         }
@@ -304,10 +300,8 @@ impl TableModels {
             frequencies.learn(symbol);
             point[axis] = value;
             let off = ((value as i64) << FRACTION_BITS) - place;
-            let size = off.unsigned_abs().min(FAR);
-            self.cells[cell].learn(size);
-            let mean = &mut self.recent[kind];
-            *mean = *mean - (*mean >> MEMORY) + ((size << MEAN_BITS) >> MEMORY);
+            self.cells[cell].learn(off.unsigned_abs());
+            self.recent[kind].learn(off.unsigned_abs());
             shift(&mut centres, [off], around.normal, axes, step, order);
         }
         point
@@ -317,7 +311,7 @@ impl TableModels {
     #[inline(always)]
     fn width(&self, at_boundary: bool, across: bool) -> (usize, Width) {
         let kind = kind(if across { 2 } else { 0 }, AxisOrder::NormalLast, at_boundary);
-        let recent = self.recent[kind] >> MEAN_BITS;
+        let recent = self.recent[kind].get();
         let cell = kind * RECENT + bin(recent + 8, 2, -9, RECENT);
         (cell, Width::new(self.cells[cell].mean(recent * 3 / 4 + 40)))
     }
