@@ -3,14 +3,10 @@
 //! All of it is made of sums and masks over the six places of a [site](super::site), so that which of them are
 //! known is not branched on.
 
-use super::pass::Roughness;
 use super::site::Site;
 use super::vector::{Point, Vector};
 use crate::subdivide::FRACTION_BITS;
-use wide::{i16x8, i32x8};
-
-/// 65536 / n.
-const RECIPROCAL: [u64; 4] = [0, 65536, 32768, 21845];
+use wide::i32x4;
 
 /// How much of each wing's error to expect again, in 1/256, by the number of wings that have one.
 const SHARE: [i64; 4] = [0, 48, 36, 28];
@@ -23,12 +19,10 @@ pub(super) struct Around {
     /// Of the surface, below 2¹⁵.
     pub normal: Vector,
     pub at_boundary: bool,
-    /// Mean roughness of the known corners.
-    pub rough: Roughness,
-    pub candidates: Candidates,
+    pub parallelograms: Parallelograms,
 }
 
-/// The vertices that are known, and how far they were off.
+/// The vertices that are known.
 pub(super) struct Known<'a> {
     /// They are those from `virtuals` to the next one, which is `v`; in a group, of its pass only what it has coded.
     pub virtuals: u32,
@@ -36,7 +30,6 @@ pub(super) struct Known<'a> {
     /// From here on they belong to this pass and had estimates, if it has any.
     pub first: u32,
     pub positions: &'a [Point],
-    pub rough: &'a [Roughness],
     pub estimates: &'a [Vector],
 }
 
@@ -52,34 +45,26 @@ impl Around {
     /// Of the vertex at `site`; nothing if no corner is known.
     #[inline(always)]
     pub fn new(site: &Site, known: &Known) -> Option<Self> {
-        let &Known { virtuals, v, positions, rough, estimates, .. } = known;
+        let &Known { virtuals, v, first, positions, estimates } = known;
         // One comparison: virtual vertices are the largest numbers here.
         let mask = |x: u32| -((x.wrapping_sub(virtuals) < v - virtuals) as i32);
         let origin = positions[v as usize];
         let place = |x: u32| offset(positions[x as usize], origin);
         let masks = site.corners.map(mask);
-        let count = -masks.iter().sum::<i32>() as usize;
-        if count == 0 {
+        if masks == [0; 3] {
             return None;
         }
-        let (mut tangential, mut normal) = (0, 0);
-        for (&a, mask) in site.corners.iter().zip(masks) {
-            tangential += rough[a as usize].tangential & mask as u32;
-            normal += rough[a as usize].normal & mask as u32;
-        }
-        let mean = |x: u32| ((x as u64 * RECIPROCAL[count & 3]) >> 16) as u32;
         let corners = site.corners.map(place);
-        let expected = match estimates {
-            [] => middle(corners, masks, origin),
-            _ => Correction::new(site, known, |vertex| known.is_told(vertex)).expected(),
+        let expected = match estimates.get((v - first) as usize) {
+            Some(&estimate) => estimate,
+            None => middle(corners, masks, origin),
         };
         Some(Around {
             expected,
             origin,
             normal: site.normal(virtuals, |w| positions[w as usize]),
             at_boundary: site.corners.iter().any(|&a| a < virtuals),
-            rough: Roughness { tangential: mean(tangential), normal: mean(normal) },
-            candidates: Candidates::new(corners, masks, site.wings.map(place), site.wings.map(mask)),
+            parallelograms: Parallelograms::new(corners, masks, site.wings.map(place), site.wings.map(mask)),
         })
     }
 }
@@ -169,48 +154,33 @@ fn middle(corners: [Point; 3], masks: [i32; 3], origin: Point) -> Vector {
     })
 }
 
-/// Points relative to the rounded estimate of a vertex whose coordinates may be its own, axis by axis: the
-/// known corners, and from [`Candidates::HALF`] on the parallelograms that they make with known wings.
-pub(super) struct Candidates([i16x8; 3]);
+/// The parallelograms that the corners of a site make with its wings, relative to the rounded estimate of its vertex, axis
+/// by axis: points whose coordinates may be the vertex's own.
+pub(super) struct Parallelograms([i32x4; 3]);
 
-impl Candidates {
-    /// Where the second half begins.
-    pub const HALF: usize = 4;
-
-    /// Offsets are held above this …
-    const FAR: i16 = 1 << 13;
-    /// … and below this, which a point that is not there has.
-    const NONE: i16 = 1 << 14;
+impl Parallelograms {
+    /// What a point that is not there has in the place of an offset: no known one is so far.
+    const NONE: i32 = 1 << 30;
 
     #[inline(always)]
     fn new(corners: [Point; 3], known: [i32; 3], wings: [Point; 3], known_wings: [i32; 3]) -> Self {
-        let opposite = |k: usize| -> (Point, i32) {
-            let (i, j) = ((k + 1) % 3, (k + 2) % 3);
-            let (p, q, w) = (corners[i], corners[j], wings[k]);
-            let point = [0, 1, 2].map(|axis| p[axis].wrapping_add(q[axis]).wrapping_sub(w[axis]));
-            (point, known_wings[k] & known[i] & known[j])
+        let there = |k: usize| known_wings[k] & known[(k + 1) % 3] & known[(k + 2) % 3];
+        let there = i32x4::new([there(0), there(1), there(2), 0]);
+        let none = !there & i32x4::splat(Self::NONE);
+        let ([p, q, r], [a, b, c]) = (corners, wings);
+        let offsets = |axis: usize| {
+            let one = i32x4::new([q[axis], r[axis], p[axis], 0]);
+            let other = i32x4::new([r[axis], p[axis], q[axis], 0]);
+            let beyond = i32x4::new([a[axis], b[axis], c[axis], 0]);
+            ((one + other - beyond) & there) | none
         };
-        let [a, b, c] = [opposite(0), opposite(1), opposite(2)];
-        let masks = [known[0], known[1], known[2], 0, a.1, b.1, c.1, 0];
-        let masks = i16x8::new(masks.map(|mask| mask as i16));
-        let none = !masks & i16x8::splat(Self::NONE);
-        Candidates([0, 1, 2].map(|axis| {
-            let x = |point: Point| point[axis];
-            let [p, q, r] = corners.map(x);
-            let offsets = i32x8::new([p, q, r, 0, x(a.0), x(b.0), x(c.0), 0]);
-            let held = i16x8::from_i32x8_saturate(offsets)
-                .max(i16x8::splat(-Self::FAR))
-                .min(i16x8::splat(Self::NONE));
-            (held & masks) | none
-        }))
+        Parallelograms([offsets(0), offsets(1), offsets(2)])
     }
 
-    /// How far each point is from `middle` on an axis, in 16 bits: points that are not there, and
-    /// those far away, are farther than 2¹².
+    /// How far each point is from `middle` on an axis.
     #[inline(always)]
-    pub fn from(&self, axis: usize, middle: i64) -> i16x8 {
-        let far = Self::FAR as i64;
-        self.0[axis] - i16x8::splat(middle.clamp(-far, far) as i16)
+    pub fn from(&self, axis: usize, middle: i64) -> i32x4 {
+        self.0[axis] - i32x4::splat(middle as i32)
     }
 }
 

@@ -9,6 +9,7 @@
 
 use super::around::{Correction, Known};
 use super::axes::{AxisOrder, KINDS, axes, kind, shift};
+use super::scale::RecentMean;
 use super::site::Site;
 use super::tabled::{Frame, LENGTHS, WIDTHS, Width};
 use super::vector::Point;
@@ -18,19 +19,17 @@ use crate::subdivide::{FRACTION_BITS, round};
 /// The models of details; they live as long as the file.
 #[derive(Clone)]
 pub(super) struct DetailModels {
-    /// By kind of axis and how far the wings were off, the mean magnitude of the last errors, in 1/256 and with
-    /// [`MEAN_BITS`] behind the point.
-    means: [[u64; CLASSES]; KINDS],
+    /// By kind of axis and how far the wings were off, of the last errors.
+    means: [[RecentMean<MEMORY>; CLASSES]; KINDS],
     /// By kind of axis, width and how far the expectation is from the lattice point nearest to it.
     tables: Vec<Frequencies>,
 }
 
 /// Each error counts 2^−this in the mean.
 const MEMORY: u32 = 4;
-const MEAN_BITS: u32 = 8;
 
 /// What means begin with: errors of a step and a half.
-const START: u64 = 400 << MEAN_BITS;
+const START: u64 = 400;
 
 /// No wing is known, or their errors are of a magnitude: two octaves each from 1/16 of a step on.
 const CLASSES: usize = 8;
@@ -40,13 +39,10 @@ const LEAST: u32 = 4;
 pub(super) const FRACTIONS: usize = 4;
 const FRACTION_WIDTH: usize = 128 / FRACTIONS;
 
-/// Errors are held below this.
-const FAR: u64 = 1 << 36;
-
 impl DetailModels {
     /// Begins with these `tables`, by kind, width and fraction.
     pub fn new(tables: Vec<Frequencies>) -> Self {
-        DetailModels { means: [[START; CLASSES]; KINDS], tables }
+        DetailModels { means: [[RecentMean::new(START); CLASSES]; KINDS], tables }
     }
 
     /// Codes where the vertex at `site` lies, which is `target` when encoding; `told` are the vertices of the pass that
@@ -74,7 +70,7 @@ impl DetailModels {
         let class = class(&correction);
         let widths = [0, 1].map(|step| {
             let kind = kind(step, ORDER, at_boundary);
-            (kind, Width::new((self.means[kind][class] >> MEAN_BITS) + 8))
+            (kind, Width::new(self.means[kind][class].get() + 8))
         });
         let mut point = target;
         let mut lessons = [Lesson::default(); 3];
@@ -85,24 +81,24 @@ impl DetailModels {
             let frame = Frame::new(place, width);
             let table = (kind * WIDTHS + width.bin) * FRACTIONS + fraction(frame, place);
             let escapes = &mut escapes[kind * LENGTHS..(kind + 1) * LENGTHS];
-            let (value, symbol) = frame.code(coder, self.tables[table].cumulative(), escapes, target[axis]);
+            let frequencies = &mut self.tables[table];
+            let (value, symbol) = frame.code(coder, frequencies.cumulative(), escapes, target[axis]);
             point[axis] = value;
             let off = ((value as i64) << FRACTION_BITS) - place;
-            let size = off.unsigned_abs().min(FAR);
+            let size = off.unsigned_abs();
+            frequencies.learn(symbol);
+            self.means[kind][class].learn(size);
             lessons[step] =
                 Lesson { size, cell: [kind as u8, class as u8], table: table as u16, symbol: symbol as u8 };
-            self.learn(&lessons[step]);
             shift(&mut centres, [off], normal, axes, step, ORDER);
         }
         (point, lessons)
     }
 
-    /// Learns of a coordinate.
-    #[inline(always)]
+    /// Learns of a coordinate that others have coded.
     pub fn learn(&mut self, &Lesson { size, cell: [kind, class], table, symbol }: &Lesson) {
         self.tables[table as usize].learn(symbol as usize);
-        let mean = &mut self.means[kind as usize][class as usize];
-        *mean = *mean - (*mean >> MEMORY) + ((size << MEAN_BITS) >> MEMORY);
+        self.means[kind as usize][class as usize].learn(size);
     }
 }
 

@@ -155,14 +155,16 @@ impl EnsembleModels {
                 let around = Neighbourhood::new(&ring, pass, turn, rough);
                 let vertex = Vertex::new(around, &ring, &beyond, self, turn.estimate);
                 let expected = vertex.points[EXPECTED];
-                let (point, trail) =
-                    match self.twins.code(coder, twins, expected, turn.target, turn.positions) {
-                        Some(point) => {
-                            let normal = vertex.around.normal;
-                            (point, vertex.points.map(|p| Roughness::at(point, p, normal, pass.order)))
-                        }
-                        None => self.vertex(coder, &vertex, pass.order, turn.target),
-                    };
+                let twin = twins
+                    .as_mut()
+                    .and_then(|twins| self.twins.code(coder, twins, expected, turn.target, turn.positions));
+                let (point, trail) = match twin {
+                    Some(point) => {
+                        let normal = vertex.around.normal;
+                        (point, vertex.points.map(|p| Roughness::at(point, p, normal, pass.order)))
+                    }
+                    None => self.vertex(coder, &vertex, pass.order, turn.target),
+                };
                 Roughness::spread(rough, turn.v, trail[EXPECTED], ring.vertices());
                 self.remember(turn.v, trail, ring.vertices());
                 self.errors[turn.v as usize] = [0, 1, 2].map(|k| clamp(exact(point[k]) - expected[k]));

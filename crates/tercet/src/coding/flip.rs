@@ -12,7 +12,7 @@ use super::shape::VIRTUAL;
 use super::sketch::Sketch;
 use crate::Effort;
 use crate::entropy::{Coder, Counter};
-use crate::mesh::{Surface, next, prev};
+use crate::mesh::Surface;
 
 /// The models of flip bits; they live as long as the file.
 pub(crate) enum FlipModels {
@@ -58,7 +58,6 @@ impl Turned {
 
 /// What is decided of the edges of a surface.
 struct Course<'a> {
-    surface: &'a Surface,
     sketch: &'a Sketch,
     turned: Vec<Turned>,
     /// The valence to expect of each vertex.
@@ -103,13 +102,15 @@ impl FlipModels {
         flip: &[bool],
     ) -> Vec<u32> {
         let (candidates, mut course) = Course::new(surface, sketch, split);
-        let mut flipped = Vec::with_capacity(candidates.len());
+        // Each edge is written as if it were flipped; if it is not, the next one takes its place.
+        let (mut flipped, mut count) = (vec![0; candidates.len()], 0);
         for c in candidates {
             let corners = [c, surface.across(c)];
+            let around = ends_and_apexes(surface, corners);
             let turned = corners.map(|c| course.turned[(c / 3) as usize]);
             let bit = !turned.iter().any(|turned| turned.is_blocked()) && {
                 let known = flip.get(c as usize).is_some_and(|&flip| flip);
-                let edge = course.look(corners, turned);
+                let edge = course.look(corners, turned, around);
                 match self {
                     FlipModels::Counted(counters) => counters[edge.context()].code(coder, known, LIMIT),
                     FlipModels::Mixed(bits) => {
@@ -119,17 +120,27 @@ impl FlipModels {
                     FlipModels::Panel(panel) => panel.code(coder, known, surface, corners, &edge),
                 }
             };
-            if bit {
-                flipped.push(c);
-            }
-            course.note(corners, turned, bit);
+            flipped[count] = c;
+            count += bit as usize;
+            course.note(corners, turned, around, bit);
         }
         #[cfg(feature = "max")]
         if let FlipModels::Panel(panel) = self {
             panel.births.advance(surface.vertices);
         }
+        flipped.truncate(count);
         flipped
     }
+}
+
+/// The vertices of an edge's ends, and those of the `corners` that face it. The ends of an edge between two faces are
+/// the same from either side: one face says both.
+#[inline(always)]
+fn ends_and_apexes(surface: &Surface, corners: [u32; 2]) -> [[u32; 2]; 2] {
+    let [c, o] = corners;
+    let [x, y, z] = surface.face(c / 3);
+    let (round, k) = ([x, y, z, x, y], (c % 3) as usize);
+    [[round[k + 1], round[k + 2]], [round[k], surface.at(o)]]
 }
 
 impl<'a> Course<'a> {
@@ -162,46 +173,42 @@ impl<'a> Course<'a> {
             }
         }
         candidates.truncate(count);
-        (candidates, Course { surface, sketch, turned, expected })
+        (candidates, Course { sketch, turned, expected })
     }
 
     #[inline(always)]
-    fn look(&self, corners: [u32; 2], turned: [Turned; 2]) -> Edge {
+    fn look(&self, corners: [u32; 2], turned: [Turned; 2], [ends, apexes]: [[u32; 2]; 2]) -> Edge {
         let [c, o] = corners;
         let one = (!turned[0].0 | !turned[1].0) & Turned::SPLIT;
         let hidden = (turned[0].0 | turned[1].0) & Turned::HIDDEN;
         let sum = cotangent(self.sketch, c, turned[0]) + cotangent(self.sketch, o, turned[1]);
         Edge {
             turned,
-            ends: [next(c), prev(c)].map(|c| self.expected(c).wrapping_add(PRIOR)),
-            apexes: [self.at_apex(c, turned[0]), self.at_apex(o, turned[1])],
+            ends: ends.map(|v| self.expected[v as usize].wrapping_add(PRIOR)),
+            apexes: [self.at_apex(apexes[0], turned[0]), self.at_apex(apexes[1], turned[1])],
             angle: angle(sum),
             kind: (one >> 7 | hidden >> 5) as usize,
         }
     }
 
+    /// The valence to expect at the apex `v`, but for this edge.
     #[inline(always)]
-    fn expected(&self, c: u32) -> i32 {
-        self.expected[self.surface.at(c) as usize]
-    }
-
-    /// The valence to expect at an apex, but for this edge.
-    #[inline(always)]
-    fn at_apex(&self, c: u32, turned: Turned) -> i32 {
-        let [old, new] = [self.expected(c).wrapping_sub(PRIOR), UNIT * (3 + turned.flips())];
+    fn at_apex(&self, v: u32, turned: Turned) -> i32 {
+        let [old, new] = [self.expected[v as usize].wrapping_sub(PRIOR), UNIT * (3 + turned.flips())];
         // Split or not is hard to guess, for a processor too.
         old ^ ((old ^ new) & -((turned.0 >> 7) as i32))
     }
 
     /// Replaces the expectation about an edge by its outcome.
     #[inline(always)]
-    fn note(&mut self, corners: [u32; 2], turned: [Turned; 2], bit: bool) {
+    fn note(&mut self, corners: [u32; 2], turned: [Turned; 2], [ends, apexes]: [[u32; 2]; 2], bit: bool) {
         let change = UNIT * bit as i32 - PRIOR;
-        for (c, turned) in corners.into_iter().zip(turned) {
-            self.turned[(c / 3) as usize].0 = turned.0 + if bit { Turned::FLIP } else { Turned::STAY };
-            let end = &mut self.expected[self.surface.at(next(c)) as usize];
+        for (k, turned) in turned.into_iter().enumerate() {
+            self.turned[(corners[k] / 3) as usize].0 =
+                turned.0 + if bit { Turned::FLIP } else { Turned::STAY };
+            let end = &mut self.expected[ends[k] as usize];
             *end = end.wrapping_sub(change);
-            let apex = &mut self.expected[self.surface.at(c) as usize];
+            let apex = &mut self.expected[apexes[k] as usize];
             *apex = apex.wrapping_add(change & ((turned.0 >> 7) as i32 - 1));
         }
     }
@@ -331,7 +338,7 @@ impl Drop for FlipModels {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::cut;
+    use crate::mesh::{cut, next, prev};
     use crate::shapes::{noisy, sphere};
 
     #[test]

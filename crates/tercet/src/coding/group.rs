@@ -153,8 +153,7 @@ impl Groups {
         let i = self.growth.order[place];
         let (v, i) = (first + i, i as usize);
         let target = targets.get(i).copied().unwrap_or_default();
-        let Field { positions, rough } = &*field;
-        let known = Known { virtuals, v, first, positions, rough, estimates };
+        let known = Known { virtuals, v, first, positions: &field.positions, estimates };
         let told = |vertex| self.growth.is_between(vertex, start, place);
         let (point, lessons) = details.code(coder, &self.growth.sites[i], &known, told, escapes, target);
         field.positions[v as usize] = point;

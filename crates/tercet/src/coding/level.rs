@@ -16,6 +16,7 @@ use super::sketch::Sketch;
 use super::splits::Splits;
 use super::symmetry::Symmetry;
 use super::tabled::{TableModels, Walk};
+use super::twin::Lone;
 use super::vector::{COORDINATE_LIMIT, Point, Vector};
 use crate::entropy::Coder;
 use crate::mesh::{NONE, Surface};
@@ -46,6 +47,8 @@ pub(crate) struct Levels {
     pub surface: Surface,
     /// What is known of its vertices.
     pub field: Field,
+    /// What the last pass left without a twin, if it was coded by tables and looked for twins.
+    lone: Option<Lone>,
     /// Where the positions of late levels are still to come.
     late: Option<Late>,
     /// The pass over positions that is going on.
@@ -145,6 +148,7 @@ impl Levels {
             regions_at_once: parallel::threads(),
             surface: Surface::default(),
             field: Field::default(),
+            lone: None,
             late: None,
             open: None,
         }
@@ -206,8 +210,11 @@ impl Levels {
         positions.truncate(first as usize);
         positions.extend(estimates.iter().map(|&e| round(e)));
         positions.resize(vertices, [0; 3]);
-        rough.reserve_exact(vertices.saturating_sub(rough.len()));
-        rough.resize(vertices, Roughness::START);
+        // Tables do not ask for it.
+        if self.effort != Effort::Fast {
+            rough.reserve_exact(vertices.saturating_sub(rough.len()));
+            rough.resize(vertices, Roughness::START);
+        }
     }
 
     /// The sites of the vertices from `first` on. They lie in the faces of a coarse surface that became the named
@@ -223,7 +230,7 @@ impl Levels {
     /// by mixing.
     fn course(&mut self, first: u32, order: AxisOrder, faces: Option<(&Surface, &[u32])>) -> Course {
         if Positions::tabled(self.effort, order) {
-            return Course::Tables(Walk::new(self.sites(first, faces)));
+            return Course::Tables(Walk::new(self.sites(first, faces), self.lone.take()));
         }
         let by_support = Positions::visit_by_support(self.effort, order);
         let count = regions(self.streams, self.surface.vertices - first, by_support);
@@ -273,8 +280,7 @@ impl Levels {
             }
             (Course::Tables(walk), [coder, ..]) => {
                 let models = self.tables.get_or_insert_with(TableModels::new);
-                let Field { positions, rough } = &mut self.field;
-                models.code(coder, &pass, walk, targets, positions, rough)
+                models.code(coder, &pass, walk, targets, &mut self.field.positions)
             }
             (Course::Tables(_), []) | (Course::Groups(_), _) => false,
         };
@@ -287,8 +293,11 @@ impl Levels {
     /// Ends the pass, all of whose vertices are coded.
     fn end(&mut self) {
         let Some(open) = self.open.take() else { return };
-        if GROUPS && let Course::Groups(groups) = open.course {
-            self.tables = Some(groups.finish());
+        self.lone = None;
+        match open.course {
+            Course::Groups(groups) if GROUPS => self.tables = Some(groups.finish()),
+            Course::Tables(walk) => self.lone = walk.lone(),
+            _ => {}
         }
         if let Some(lifted) = open.lifted {
             lifted.undo(&mut self.field.positions);
@@ -331,7 +340,7 @@ impl Levels {
         self.tables = Some(models);
         let (first, order) = (pass.first, pass.order);
         let course = match Positions::tabled(self.effort, order) {
-            true => Course::Tables(Walk::new(sites)),
+            true => Course::Tables(Walk::new(sites, self.lone.take())),
             false => self.course(first, order, None),
         };
         self.open.as_mut()?.course = course;

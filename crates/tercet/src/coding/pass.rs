@@ -6,7 +6,7 @@ use super::ring::Shares;
 use super::star::Star;
 use super::symmetry::Symmetry;
 use super::traversal::Traversal;
-use super::twin::Twins;
+use super::twin::{Lone, Twins};
 use super::vector::{COORDINATE_LIMIT, Point, Vector};
 use crate::entropy::Coder;
 use crate::mesh::Surface;
@@ -97,9 +97,10 @@ pub(crate) struct Pass<'a> {
 
 impl Pass<'_> {
     /// What the pass begins to look for twins in, if it does. Of `positions` only those that were known before it are
-    /// looked at: other regions may have changed the rest.
-    pub fn twins(&self, positions: &[Point]) -> Option<Twins> {
-        self.symmetry.map(|symmetry| Twins::new(symmetry, self, positions))
+    /// looked at: other regions may have changed the rest. `lone` are those that the pass before left without a twin, if
+    /// that is known.
+    pub fn twins(&self, positions: &[Point], lone: Option<Lone>) -> Option<Twins> {
+        self.symmetry.map(|symmetry| Twins::new(symmetry, self, positions, lone))
     }
 }
 
@@ -155,7 +156,7 @@ impl Progress {
             let point = code(coder, &turn, &mut self.twins);
             positions[v as usize] = point;
             if let Some(twins) = &mut self.twins {
-                twins.note(v, point);
+                twins.note(v, positions);
             }
             self.traversal.reach(v, &star);
         }

@@ -59,7 +59,10 @@ impl PositionModels {
             }
             let around = Neighbourhood::new(&ring, pass, turn, rough);
             let expected = around.expected;
-            let (point, off) = match self.twins.code(coder, twins, expected, turn.target, turn.positions) {
+            let twin = twins
+                .as_mut()
+                .and_then(|twins| self.twins.code(coder, twins, expected, turn.target, turn.positions));
+            let (point, off) = match twin {
                 Some(point) => (point, Roughness::at(point, expected, around.normal, pass.order)),
                 None => self.vertex(coder, &around, pass.order, turn.target),
             };

@@ -86,7 +86,7 @@ impl Start {
         let (support, twins) = parallel::join(
             field.positions.len(),
             || Support::new(pass.surface, pass.first),
-            || pass.twins(&field.positions),
+            || pass.twins(&field.positions, None),
         );
         Start { bounds: support.bounds(pass.surface, regions), support, twins }
     }
@@ -157,7 +157,7 @@ impl Regions {
                     true => Support::new(pass.surface, pass.first).visit_all(),
                     false => Traversal::by_number(pass.surface, pass.first),
                 };
-                Progress::new(traversal, pass.twins(&field.positions))
+                Progress::new(traversal, pass.twins(&field.positions, None))
             }
         }
     }

@@ -16,6 +16,9 @@ static RECIPROCAL: [u32; LIMIT as usize + 3] = {
     table
 };
 
+/// Magnitudes are held below this.
+const FAR: u64 = 1 << 36;
+
 /// A running mean of magnitudes, in 1/256.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct ScaleCell {
@@ -32,12 +35,32 @@ impl ScaleCell {
 
     #[inline(always)]
     pub fn learn(&mut self, magnitude: u64) {
-        self.sum += magnitude.min(1 << 36);
+        self.sum += magnitude.min(FAR);
         self.count += 1;
         if self.count >= LIMIT {
             self.sum /= 2;
             self.count /= 2;
         }
+    }
+}
+
+/// A mean magnitude that forgets, with eight bits behind its point: each new one counts 2^−`MEMORY` in it.
+#[derive(Clone, Copy)]
+pub(crate) struct RecentMean<const MEMORY: u32>(u64);
+
+impl<const MEMORY: u32> RecentMean<MEMORY> {
+    pub const fn new(magnitude: u64) -> Self {
+        RecentMean(magnitude << 8)
+    }
+
+    #[inline(always)]
+    pub fn get(self) -> u64 {
+        self.0 >> 8
+    }
+
+    #[inline(always)]
+    pub fn learn(&mut self, magnitude: u64) {
+        self.0 = self.0 - (self.0 >> MEMORY) + ((magnitude.min(FAR) << 8) >> MEMORY);
     }
 }
 

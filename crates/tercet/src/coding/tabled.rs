@@ -4,31 +4,30 @@
 //! The order of axes and the shift into the tangent plane are the same; but of the neighbours only
 //! those at the [site](super::site) of the vertex are looked at, a coordinate has one expectation, and
 //! what it is off by is one symbol of sixteen and a few plain bits. Coordinates often repeat one nearby:
-//! the symbol that the nearest neighbour's would be, and that of the nearest parallelogram, each select an
-//! adaptive distribution, and the two are averaged. The neighbours are the corners of the site.
+//! the symbol that the nearest parallelogram's would be selects an adaptive distribution.
 
-use super::around::{Around, Candidates, Known};
+use super::around::{Around, Known};
 use super::axes::{AxisOrder, KINDS, NORMAL, axes, kind, shift};
 use super::detail::{DetailModels, FRACTIONS, Lesson};
-use super::pass::{Pass, Roughness, plain};
-use super::scale::{Scale, ScaleCell, bin};
+use super::pass::{Pass, plain};
+use super::scale::{RecentMean, Scale, ScaleCell, bin};
 use super::site::Site;
-use super::twin::{TwinModels, Twins};
+use super::twin::{Lone, TwinModels, Twins};
 use super::vector::{COORDINATE_LIMIT, Point};
 use crate::entropy::{Coder, Counter, Cumulative, Frequencies, SYMBOLS, log2_fixed, squash};
 use crate::mesh::Surface;
 use crate::subdivide::FRACTION_BITS;
-use wide::i16x8;
+use wide::i32x4;
 
 /// The models of positions; they live as long as the file.
 #[derive(Clone)]
 pub(crate) struct TableModels {
-    /// By kind of axis and roughness.
+    /// By kind of axis and the mean of the last errors.
     cells: Vec<ScaleCell>,
-    /// By kind of axis, width and the symbol that the nearest neighbour's coordinate would be.
-    by_neighbour: Vec<Frequencies>,
-    /// The same for the nearest parallelogram's coordinate.
-    by_parallelogram: Vec<Frequencies>,
+    /// By kind of axis, of the last errors.
+    recent: [RecentMean<MEMORY>; KINDS],
+    /// By kind of axis, width and the symbol that the nearest parallelogram's coordinate would be.
+    symbols: Vec<Frequencies>,
     /// By kind of axis and length in bits.
     pub(super) escapes: Vec<Counter>,
     /// Those of regular levels.
@@ -36,7 +35,13 @@ pub(crate) struct TableModels {
     twins: TwinModels,
 }
 
-const ROUGH: usize = 24;
+/// Bins of the mean of the last errors.
+const RECENT: usize = 24;
+
+/// Each error counts 2^−this in the mean of the last ones.
+const MEMORY: u32 = 3;
+/// What the means begin with: errors of eight steps.
+const START: u64 = 8 << FRACTION_BITS;
 pub(super) const WIDTHS: usize = 41;
 /// Lengths of escapes.
 pub(super) const LENGTHS: usize = 32;
@@ -51,12 +56,20 @@ pub(crate) struct Walk {
     cursor: usize,
     /// Once it has begun.
     twins: Option<Twins>,
+    /// What the pass before left without a twin, until this one begins.
+    lone: Option<Lone>,
 }
 
 impl Walk {
-    /// Over the vertices at `sites`; it has not begun.
-    pub fn new(sites: Vec<Site>) -> Self {
-        Walk { sites, cursor: 0, twins: None }
+    /// Over the vertices at `sites`, after a pass that left the `lone` vertices without a twin, if it did look for twins;
+    /// it has not begun.
+    pub fn new(sites: Vec<Site>, lone: Option<Lone>) -> Self {
+        Walk { sites, cursor: 0, twins: None, lone }
+    }
+
+    /// The vertices that it leaves without a twin, if it looked for twins.
+    pub fn lone(self) -> Option<Lone> {
+        self.twins.map(Twins::lone)
     }
 
     /// How many vertices are still to be visited.
@@ -164,7 +177,8 @@ impl Frame {
     ) -> (i32, usize) {
         let Frame { middle, mirrored, plain, half } = self;
         let sign = if mirrored { -1 } else { 1 };
-        let error = sign * (target as i64 - middle) + half;
+        // A decoder does not ask for it.
+        let error = if C::ENCODES { sign * (target as i64 - middle) + half } else { 0 };
         let low = error & ((1 << plain) - 1);
         let error = error >> plain;
         let wanted = if error.abs() <= NEAR { fold(error) } else { SYMBOLS - 1 };
@@ -175,18 +189,15 @@ impl Frame {
         (value.clamp(-(COORDINATE_LIMIT as i64), COORDINATE_LIMIT as i64) as i32, coded)
     }
 
-    /// The least symbols that one of the corners' and one of the parallelograms' coordinates would be, which are
-    /// so far `from` the middle.
+    /// The least symbol that the coordinate of one of three points would be, which are so far `from` the middle.
     #[inline(always)]
-    fn least_symbols(self, from: i16x8) -> [usize; 2] {
-        let sign = i16x8::splat(-(self.mirrored as i16));
-        // Beyond eight bits a unit is coarser than what is kept of the offsets.
-        let unit = (((from ^ sign) - sign) + i16x8::splat(self.half.min(1 << 7) as i16)) >> self.plain.min(8);
-        let beyond = NEAR as i16 + 1;
-        let turned = (-unit).max(i16x8::splat(-beyond)).min(i16x8::splat(beyond));
-        let folded = ((turned << 1_i32) ^ (turned >> 15_i32)).to_array();
-        let least = |k: usize| folded[k].min(folded[k + 1]).min(folded[k + 2]) as usize;
-        [least(0), least(Candidates::HALF)].map(|symbol| symbol.min(SYMBOLS - 1))
+    fn least_symbol(self, from: i32x4) -> usize {
+        let sign = i32x4::splat(-(self.mirrored as i32));
+        let unit = (((from ^ sign) - sign) + i32x4::splat(self.half as i32)) >> self.plain as i32;
+        let turned = -unit;
+        // As `fold`, of numbers without a sign: units beyond the last symbol stay beyond it.
+        let [a, b, c, _] = ((turned << 1_i32) ^ (turned >> 31_i32)).to_array().map(|x| x as u32);
+        (a.min(b).min(c) as usize).min(SYMBOLS - 1)
     }
 }
 
@@ -202,10 +213,10 @@ impl TableModels {
             table
         };
         TableModels {
-            cells: vec![ScaleCell::default(); KINDS * ROUGH],
-            by_parallelogram: table(SYMBOLS),
-            by_neighbour: table(SYMBOLS),
+            cells: vec![ScaleCell::default(); KINDS * RECENT],
+            symbols: table(SYMBOLS),
             escapes: vec![Counter::NEW; KINDS * LENGTHS],
+            recent: [RecentMean::new(START); KINDS],
             details: DetailModels::new(table(FRACTIONS)),
             twins: TwinModels::new(),
         }
@@ -218,8 +229,7 @@ impl TableModels {
 
     /// Codes the positions of the vertices of a pass that are left, those of `targets` when encoding, until
     /// all are coded or bytes are missing; whether all are. They are visited in the order of their
-    /// numbers. `positions` and `rough` have an entry a vertex, the former of those to be coded the
-    /// estimate, rounded, if there are any. Time O(n).
+    /// numbers. `positions` has an entry a vertex, of those to be coded the estimate, rounded, if there are any. Time O(n).
     pub fn code<C: Coder>(
         &mut self,
         coder: &mut C,
@@ -227,11 +237,10 @@ impl TableModels {
         walk: &mut Walk,
         targets: &[Point],
         positions: &mut [Point],
-        rough: &mut [Roughness],
     ) -> bool {
-        let Walk { sites, cursor, twins } = walk;
+        let Walk { sites, cursor, twins, lone } = walk;
         if *cursor == 0 && twins.is_none() {
-            *twins = pass.twins(positions);
+            *twins = pass.twins(positions, lone.take());
         }
         while let Some(site) = sites.get(*cursor) {
             if coder.exhausted() {
@@ -244,7 +253,7 @@ impl TableModels {
             let v = pass.first + *cursor as u32;
             let target = targets.get(*cursor).copied().unwrap_or_default();
             let Pass { surface: Surface { virtuals, .. }, first, estimates, .. } = *pass;
-            let known = Known { virtuals: *virtuals, v, first, positions, rough, estimates };
+            let known = Known { virtuals: *virtuals, v, first, positions, estimates };
             let point = match pass.order {
                 AxisOrder::NormalFirst => {
                     let told = |vertex| known.is_told(vertex);
@@ -254,21 +263,16 @@ impl TableModels {
                     None => plain(coder, pass, target),
                     Some(around) => {
                         let expected = around.expected;
-                        let (point, off) = match self.twins.code(coder, twins, expected, target, positions) {
-                            Some(point) => {
-                                (point, Roughness::at(point, expected, around.normal, AxisOrder::NormalLast))
-                            }
-                            None => self.vertex(coder, &around, target),
-                        };
-                        Roughness::spread(rough, v, off, &site.corners);
-                        Roughness::spread(rough, v, off, &site.wings);
-                        point
+                        let twin = twins
+                            .as_mut()
+                            .and_then(|twins| self.twins.code(coder, twins, expected, target, positions));
+                        twin.unwrap_or_else(|| self.vertex(coder, &around, target))
                     }
                 },
             };
             positions[v as usize] = point;
             if let Some(twins) = twins {
-                twins.note(v, point);
+                twins.note(v, positions);
             }
             *cursor += 1;
         }
@@ -276,13 +280,12 @@ impl TableModels {
     }
 
     #[inline(always)]
-    fn vertex<C: Coder>(&mut self, coder: &mut C, around: &Around, target: Point) -> (Point, Roughness) {
+    fn vertex<C: Coder>(&mut self, coder: &mut C, around: &Around, target: Point) -> Point {
         let order = AxisOrder::NormalLast;
         let axes = axes(around.normal, order);
         // Both are known before the first coordinate is.
-        let widths = [false, true].map(|across| self.width(around, across));
+        let widths = [false, true].map(|across| self.width(around.at_boundary, across));
         let mut point = target;
-        let mut sizes = [0u64; 3];
         let mut centres = [around.expected];
         for (step, &axis) in axes.iter().enumerate() {
             let kind = kind(step, order, around.at_boundary);
@@ -290,43 +293,27 @@ impl TableModels {
             let place = centres[0][axis];
             let frame = Frame::new(place, width);
             let relative = frame.middle - around.origin[axis] as i64;
-            let symbols = frame.least_symbols(around.candidates.from(axis, relative));
-            let value = self.coordinate(coder, (kind, width.bin), symbols, frame, target[axis]);
+            let nearby = frame.least_symbol(around.parallelograms.from(axis, relative));
+            let frequencies = &mut self.symbols[(kind * WIDTHS + width.bin) * SYMBOLS + nearby];
+            let escapes = &mut self.escapes[kind * LENGTHS..(kind + 1) * LENGTHS];
+            let (value, symbol) = frame.code(coder, frequencies.cumulative(), escapes, target[axis]);
+            frequencies.learn(symbol);
             point[axis] = value;
             let off = ((value as i64) << FRACTION_BITS) - place;
-            sizes[step] = off.unsigned_abs();
-            self.cells[cell].learn(sizes[step]);
+            self.cells[cell].learn(off.unsigned_abs());
+            self.recent[kind].learn(off.unsigned_abs());
             shift(&mut centres, [off], around.normal, axes, step, order);
         }
-        (point, Roughness::of(sizes, order))
+        point
     }
 
     /// The cell of the coordinates in the surface or `across` it, and how wide their errors are.
     #[inline(always)]
-    fn width(&self, around: &Around, across: bool) -> (usize, Width) {
-        let kind = kind(if across { 2 } else { 0 }, AxisOrder::NormalLast, around.at_boundary);
-        let rough = around.rough.along(kind) as u64;
-        let cell = kind * ROUGH + bin(rough + 8, 2, -9, ROUGH);
-        (cell, Width::new(self.cells[cell].mean(rough * 3 / 4 + 40)))
-    }
-
-    #[inline(always)]
-    fn coordinate<C: Coder>(
-        &mut self,
-        coder: &mut C,
-        (kind, bin): (usize, usize),
-        [neighbour, parallelogram]: [usize; 2],
-        frame: Frame,
-        target: i32,
-    ) -> i32 {
-        let table = (kind * WIDTHS + bin) * SYMBOLS;
-        let first = &mut self.by_neighbour[table + neighbour];
-        let second = &mut self.by_parallelogram[table + parallelogram];
-        let escapes = &mut self.escapes[kind * LENGTHS..(kind + 1) * LENGTHS];
-        let (value, symbol) = frame.code(coder, first.mean(second), escapes, target);
-        first.learn(symbol);
-        second.learn(symbol);
-        value
+    fn width(&self, at_boundary: bool, across: bool) -> (usize, Width) {
+        let kind = kind(if across { 2 } else { 0 }, AxisOrder::NormalLast, at_boundary);
+        let recent = self.recent[kind].get();
+        let cell = kind * RECENT + bin(recent + 8, 2, -9, RECENT);
+        (cell, Width::new(self.cells[cell].mean(recent * 3 / 4 + 40)))
     }
 }
 

@@ -11,6 +11,7 @@ use super::vector::{COORDINATE_LIMIT, Point, Vector};
 use crate::entropy::{Coder, Counter};
 use crate::mesh::NONE;
 use crate::subdivide::round;
+use std::ops::Range;
 
 /// So many vertices of a cell are looked at.
 const MOST: usize = 16;
@@ -21,6 +22,9 @@ const OCTAVES: u32 = 1;
 
 /// To see who has a twin cells are so long, as a power of two: within a step there are few.
 const PAIRING: u32 = 3;
+
+/// So many faces tell how long edges are, or up to twice as many.
+const FACES: usize = 1 << 10;
 
 /// Odd, and without a pattern: the fractions of the golden ratio's powers and of the root of 3.
 const FACTORS: [u32; 3] = [0x9e37_79b1, 0x7f4a_7c15, 0xbb67_ae85];
@@ -58,6 +62,9 @@ pub(crate) struct Twins {
     found: bool,
 }
 
+/// The vertices that a pass leaves without a twin, in ascending order.
+pub(crate) struct Lone(Vec<u32>);
+
 /// A vertex that may be a twin.
 struct Candidate {
     vertex: u32,
@@ -67,30 +74,61 @@ struct Candidate {
 }
 
 impl Twins {
-    /// Of a pass before which its known vertices lie at `positions`. Time O(n).
+    /// Of a pass before which its known vertices lie at `positions`; `lone` are those of them that the pass before
+    /// left without a twin, if that is known. Time O(n).
     // Here and below: one copy serves all passes and profiles.
     #[inline(never)]
-    pub fn new(symmetry: Symmetry, pass: &Pass, positions: &[Point]) -> Self {
+    pub fn new(symmetry: Symmetry, pass: &Pass, positions: &[Point], lone: Option<Lone>) -> Self {
         let known = pass.surface.virtuals..pass.first;
         let buckets = (known.len() + 1).next_power_of_two();
         let next = vec![NONE; pass.surface.vertices as usize];
         let (heads, spare) = (vec![NONE; buckets], 31 - buckets.ilog2());
         let mut twins = Twins { symmetry, shift: PAIRING, heads, spare, next, found: false };
-        known.clone().for_each(|v| twins.add(v, positions[v as usize]));
-        // Those whose twins are known have been found, or could have been.
-        let lone: Vec<u32> = known
-            .filter(|&v| twins.nearest(symmetry.image(positions[v as usize]), 1, positions).is_none())
-            .collect();
-        twins.heads.fill(NONE);
+        let lone = lone.map_or_else(|| twins.pair(known, positions), |lone| lone.0);
         twins.shift = mean_edge(pass, positions).max(1).ilog2() + OCTAVES;
         lone.into_iter().for_each(|v| twins.add(v, positions[v as usize]));
         twins
     }
 
-    /// Notes where the vertex whose turn it was lies.
-    pub fn note(&mut self, v: u32, p: Point) {
-        if !std::mem::take(&mut self.found) {
-            self.add(v, p);
+    /// Which of the `known` vertices have no twin among them, in ascending order: the others have been found, or could
+    /// have been. The grid is empty before and after.
+    fn pair(&mut self, known: Range<u32>, positions: &[Point]) -> Vec<u32> {
+        known.clone().for_each(|v| self.add(v, positions[v as usize]));
+        let image = |v: u32| self.symmetry.image(positions[v as usize]);
+        let lone = known.filter(|&v| self.nearest(image(v), 1, positions).is_none()).collect();
+        self.heads.fill(NONE);
+        lone
+    }
+
+    /// Those without a twin after a pass over all vertices.
+    pub fn lone(self) -> Lone {
+        let mut is_lone = vec![false; self.next.len()];
+        for &head in &self.heads {
+            let mut v = head;
+            while let Some(is_lone) = is_lone.get_mut(v as usize) {
+                *is_lone = true;
+                v = self.next[v as usize];
+            }
+        }
+        let lone = (0..).zip(is_lone).filter_map(|(v, is_lone)| is_lone.then_some(v)).collect();
+        Lone(lone)
+    }
+
+    /// Notes where the vertex whose turn it was, the `v`th of `positions`, lies. Its twin may be known without having
+    /// been found, as it was looked for elsewhere; then neither is looked for any more, nor is a vertex that is its own
+    /// mirror image.
+    pub fn note(&mut self, v: u32, positions: &[Point]) {
+        if std::mem::take(&mut self.found) {
+            return;
+        }
+        let p = positions[v as usize];
+        let image = self.symmetry.image(p);
+        if image[self.symmetry.axis()].abs_diff(p[self.symmetry.axis()]) <= 1 {
+            return;
+        }
+        match self.nearest(image, 1, positions) {
+            Some((twin, _)) => self.remove(twin, positions[twin as usize]),
+            None => self.add(v, p),
         }
     }
 
@@ -139,26 +177,27 @@ impl Twins {
     fn nearest(&self, p: Point, radius: i32, positions: &[Point]) -> Option<(u32, u32)> {
         // One cell or two on each axis.
         let low = p.map(|x| (x - radius) >> self.shift);
-        let count: [usize; 3] =
-            std::array::from_fn(|k| 1 + (((p[k] + radius) >> self.shift) > low[k]) as usize);
         let parts: [[u32; 2]; 3] =
             std::array::from_fn(|k| [Self::part(low[k], k), Self::part(low[k].wrapping_add(1), k)]);
-        let [xs, ys, zs] = [0, 1, 2].map(|k| &parts[k][..count[k]]);
+        let [xs, ys, zs] = parts;
+        let heads: [u32; 8] =
+            std::array::from_fn(|i| self.heads[self.of_parts(xs[i >> 2] ^ ys[i >> 1 & 1] ^ zs[i & 1])]);
+        // Most cells are empty: which ones a processor could not guess one by one.
+        let mut filled = (0..8).fold(0, |set, i| set | ((heads[i] != NONE) as u32) << i);
+        for (k, lower) in [0b0000_1111, 0b0011_0011, 0b0101_0101].into_iter().enumerate() {
+            let only_lower = (p[k] + radius) >> self.shift == low[k];
+            filled &= lower | (only_lower as u32).wrapping_sub(1);
+        }
         let mut best = (NONE, radius as u32 + 1);
-        for x in xs {
-            for y in ys {
-                for z in zs {
-                    let mut v = self.heads[self.of_parts(x ^ y ^ z)];
-                    for _ in 0..MOST {
-                        let Some(q) = positions.get(v as usize) else { break };
-                        let off = |k: usize| p[k].abs_diff(q[k]);
-                        let distance = off(0).max(off(1)).max(off(2));
-                        if distance < best.1 {
-                            best = (v, distance);
-                        }
-                        v = self.next[v as usize];
-                    }
-                }
+        while filled != 0 {
+            let mut v = heads[filled.trailing_zeros() as usize & 7];
+            filled &= filled - 1;
+            for _ in 0..MOST {
+                let Some(q) = positions.get(v as usize) else { break };
+                let off = |k: usize| p[k].abs_diff(q[k]);
+                let distance = off(0).max(off(1)).max(off(2));
+                best = if distance < best.1 { (v, distance) } else { best };
+                v = self.next[v as usize];
             }
         }
         (best.0 != NONE).then_some(best)
@@ -171,8 +210,8 @@ impl Twins {
     }
 }
 
-/// The mean extent of an edge between real vertices, on the axis where that is greatest; of the first edge of each face,
-/// with the vertices of the pass where they are expected.
+/// The mean extent of an edge between real vertices, on the axis where that is greatest; of the first edges of some
+/// faces, with the vertices of the pass where they are expected.
 fn mean_edge(pass: &Pass, positions: &[Point]) -> u32 {
     let &Pass { surface, first, estimates, .. } = pass;
     let place = |v: u32| match v.checked_sub(first).and_then(|i| estimates.get(i as usize)) {
@@ -180,7 +219,8 @@ fn mean_edge(pass: &Pass, positions: &[Point]) -> u32 {
         None => positions[v as usize],
     };
     let (mut sum, mut count) = (0u64, 0);
-    for t in surface.vertex.chunks_exact(3) {
+    let step = (surface.faces() as usize / FACES).max(1);
+    for t in surface.vertex.chunks_exact(3).step_by(step) {
         if !surface.is_virtual(t[0]) && !surface.is_virtual(t[1]) {
             let (p, q) = (place(t[0]), place(t[1]));
             sum += (0..3).map(|k| p[k].abs_diff(q[k])).max().unwrap_or(0) as u64;
@@ -202,12 +242,11 @@ impl TwinModels {
     pub fn code<C: Coder>(
         &mut self,
         coder: &mut C,
-        twins: &mut Option<Twins>,
+        twins: &mut Twins,
         expected: Vector,
         target: Point,
         positions: &[Point],
     ) -> Option<Point> {
-        let twins = twins.as_mut()?;
         let Candidate { vertex, image, distance } = twins.candidate(expected, positions)?;
         let is_near = (0..3).all(|k| target[k].abs_diff(image[k]) <= 1);
         let class = (((distance as u64) << 4) >> twins.shift) as usize;
@@ -268,19 +307,22 @@ mod tests {
     ) -> Twins {
         let estimates: Vec<Vector> =
             expected[first as usize..].iter().map(|p| p.map(|x| (x as i64) << FRACTION_BITS)).collect();
+        pass_from(plane, surface, first, &estimates).twins(positions, None).unwrap()
+    }
+
+    fn pass_from<'a>(plane: Symmetry, surface: &'a Surface, first: u32, estimates: &'a [Vector]) -> Pass<'a> {
         let (bits, origin) = ANYWHERE;
-        let pass = Pass {
+        Pass {
             surface,
             first,
-            estimates: &estimates,
+            estimates,
             order: AxisOrder::NormalLast,
             by_support: true,
             shares: &NEAR,
             bits,
             origin,
             symmetry: Some(plane),
-        };
-        pass.twins(positions).unwrap()
+        }
     }
 
     #[test]
@@ -316,10 +358,23 @@ mod tests {
         assert!(found >= 15, "{found}");
     }
 
+    #[test]
+    fn what_a_pass_leaves_is_what_has_no_twin() {
+        let (symmetry, surface, positions, mut before) = pass(120);
+        (120..surface.vertices).for_each(|v| before.note(v, &positions));
+        let Lone(left) = before.lone();
+        let Lone(alone) = twins(symmetry, &surface, surface.vertices, &positions, &positions).lone();
+        assert_eq!(left, alone);
+        assert!(left.len() < 60, "{} of {}", left.len(), surface.vertices);
+        // They are what the next pass begins with.
+        let known = pass_from(symmetry, &surface, surface.vertices, &[]);
+        assert_eq!(known.twins(&positions, Some(Lone(vec![70, 90]))).unwrap().lone().0, [70, 90]);
+    }
+
     /// Codes all vertices from 60 on, each expected a little beside where it lies; which were coded by twins.
     fn code<C: Coder>(coder: &mut C, targets: &[Point]) -> (Vec<Point>, Vec<bool>) {
         let (_, surface, known, twins) = pass(60);
-        let (mut models, mut twins) = (TwinModels::new(), Some(twins));
+        let (mut models, mut twins) = (TwinModels::new(), twins);
         let (mut positions, mut by_twin) = (known.clone(), Vec::new());
         for v in 60..surface.vertices {
             let expected = known[v as usize].map(|x| 256 * x as i64 + 300);
@@ -327,7 +382,7 @@ mod tests {
             let coded = models.code(coder, &mut twins, expected, target, &positions);
             by_twin.push(coded.is_some());
             positions[v as usize] = coded.unwrap_or(known[v as usize]);
-            twins.as_mut().unwrap().note(v, positions[v as usize]);
+            twins.note(v, &positions);
         }
         (positions, by_twin)
     }

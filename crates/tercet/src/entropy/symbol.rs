@@ -93,8 +93,9 @@ impl Frequencies {
     /// Learns a symbol.
     #[inline(always)]
     pub fn learn(&mut self, symbol: usize) {
+        // Never negative: a shift of what has no sign is one instruction.
         let uses = self.0[0].to_array()[0];
-        let rate = FASTEST + (uses / STAGE).min(SLOWEST - FASTEST);
+        let rate = FASTEST + (uses as u16 / STAGE as u16).min((SLOWEST - FASTEST) as u16) as i16;
         // Rounding down then reaches both ends.
         let target = i16x8::splat(FULL + (1 << rate) - 1);
         let after = &AFTER[symbol & (SYMBOLS - 1)];

@@ -20,6 +20,8 @@ const MOST_BITS: u32 = 28;
 const FEW: u32 = 8;
 /// Pairs of a number of few points and how many of them are known to lie in the lower half.
 const TALLIES: usize = (FEW * (FEW + 1) / 2) as usize;
+/// Samples for each point, if there are so many faces.
+const SAMPLES: usize = 8;
 /// Samples that are compared for the nearest.
 const MOST_COMPARED: usize = 64;
 
@@ -91,7 +93,7 @@ pub(super) fn code_points<C: Coder>(
     if bits > MOST_BITS {
         return Err(damaged("coordinates of more than 28 bits"));
     }
-    let mut samples = samples(vertices, faces, bits);
+    let mut samples = samples(vertices, faces, bits, count);
     let mut order: Vec<u32> = (0..points.len() as u32).collect();
     let mut spare = Vec::new();
     let mut models = Models::new();
@@ -138,10 +140,12 @@ pub(super) fn code_points<C: Coder>(
     Ok((found, order))
 }
 
-/// The middle of each face that lies in the cube of 2^`bits` steps.
-fn samples(vertices: &[Point], faces: &[[u32; 3]], bits: u32) -> Vec<Sample> {
-    let mut samples = Vec::with_capacity(faces.len());
-    for (f, face) in (0..).zip(faces) {
+/// The middles of faces that lie in the cube of 2^`bits` steps: of one face in so many that there are about
+/// [`SAMPLES`] for each of `count` points, or of all.
+fn samples(vertices: &[Point], faces: &[[u32; 3]], bits: u32, count: u32) -> Vec<Sample> {
+    let step = (faces.len() / SAMPLES).checked_div(count as usize).unwrap_or(0).max(1);
+    let mut samples = Vec::with_capacity(faces.len() / step + 1);
+    for (f, face) in (0..).zip(faces).step_by(step) {
         let [a, b, c] = face.map(|v| vertices[v as usize]);
         // Of coordinates of 28 bits and a sign; without it, what is negative is beyond the cube, too.
         let sums = [0, 1, 2].map(|k| a[k].wrapping_add(b[k]).wrapping_add(c[k]) as u32);
@@ -364,8 +368,16 @@ mod tests {
             let within = |at: &[i64; 3]| at.iter().all(|x| (0..1 << bits).contains(x));
             let all = (0..).zip(faces.iter().map(middle)).filter(|(_, at)| within(at));
             let found: Vec<_> =
-                samples(&vertices, &faces, bits).iter().map(|s| (s.face, s.at.map(i64::from))).collect();
+                samples(&vertices, &faces, bits, 1000).iter().map(|s| (s.face, s.at.map(i64::from))).collect();
             prop_assert_eq!(found, all.collect::<Vec<_>>());
+        }
+
+        #[test]
+        fn few_points_ask_for_few_samples(count in 0u32..40) {
+            let faces = vec![[0, 1, 2]; 200];
+            let found: Vec<_> = samples(&[[1; 3]; 3], &faces, 5, count).iter().map(|s| s.face).collect();
+            let step = if count == 0 { 1 } else { (25 / count).max(1) };
+            prop_assert_eq!(found, (0..200).step_by(step as usize).collect::<Vec<_>>());
         }
 
         #[test]
