@@ -164,16 +164,17 @@ pub(crate) static LATE: Shares =
 
 impl<'a> Neighbourhood<'a> {
     pub fn new(ring: &'a Ring, pass: &Pass, turn: &Turn<'a>, rough: &[Roughness]) -> Self {
-        let Turn { errors, estimate, .. } = *turn;
+        let estimate = turn.estimate;
         let n = ring.count;
         let (mut tangential, mut normal) = (0u64, 0u64);
         let mut error = [0i64; 3];
         let mut with_error = 0;
-        for &y in ring.vertices() {
+        for (i, &y) in ring.vertices().iter().enumerate() {
             tangential += rough[y as usize].tangential as u64;
             normal += rough[y as usize].normal as u64;
-            if let Some(e) = y.checked_sub(pass.first).and_then(|i| errors.get(i as usize)) {
-                (0..3).for_each(|k| error[k] += e[k] as i64);
+            // By how much its estimate was off, if it had one.
+            if let Some(e) = y.checked_sub(pass.first).and_then(|i| pass.estimates.get(i as usize)) {
+                (0..3).for_each(|k| error[k] += ((ring.places[k][i] as i64) << FRACTION_BITS) - e[k]);
                 with_error += 1;
             }
         }
