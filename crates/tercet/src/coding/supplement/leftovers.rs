@@ -376,7 +376,7 @@ mod tests {
         fn few_points_ask_for_few_samples(count in 0u32..40) {
             let faces = vec![[0, 1, 2]; 200];
             let found: Vec<_> = samples(&[[1; 3]; 3], &faces, 5, count).iter().map(|s| s.face).collect();
-            let step = if count == 0 { 1 } else { (25 / count).max(1) };
+            let step = 25u32.checked_div(count).unwrap_or(1).max(1);
             prop_assert_eq!(found, (0..200).step_by(step as usize).collect::<Vec<_>>());
         }
 
