@@ -60,7 +60,7 @@ impl Traversal {
     }
 
     /// Visits a share of them: those whose corners of the smallest numbers lie in a run of faces, the best
-    /// supported vertex first, of several the one that has been so longest. Time O(n).
+    /// supported vertex first, of several the one that became so last. Time O(n).
     pub fn by_support(surface: &Surface, first: u32, share: Share) -> Self {
         let mut traversal = Traversal::by_number(surface, first);
         let count = surface.vertices - first;
@@ -163,7 +163,7 @@ impl Queue {
         queue
     }
 
-    /// The first item of the highest degree.
+    /// The last item of the highest degree: what lies near it has just been looked at.
     fn first(&self) -> Option<u32> {
         let degree = self.occupied.checked_ilog2()?;
         Some(self.before[self.degree.len() + degree as usize])
