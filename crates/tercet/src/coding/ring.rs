@@ -62,9 +62,9 @@ impl Ring {
             let at = self.count & (MOST - 1);
             self.known[at] = members[i];
             self.around[i] = p.map(i64::from);
-            for k in 0..3 {
-                self.places[k][at] = p[k];
-                self.sum[k] += p[k] as i64;
+            for (k, &x) in p.iter().enumerate() {
+                self.places[k][at] = x;
+                self.sum[k] += x as i64;
             }
             self.count += 1;
         }
