@@ -494,19 +494,19 @@ impl Levels {
     /// expected, smoothed together with those of the late levels before.
     pub fn late_step(&mut self, step: Step) {
         let first = self.late.as_ref().map_or(self.surface.vertices, |late| late.first);
+        // Each goes when it has been used: smoothing is where a decoder's memory is highest.
+        let Step { refined: Refined { surface, .. }, estimates, .. } = step;
+        self.surface = surface;
         let known = self.field.positions[..first as usize].iter().map(|&p| precise(p));
         let before = self.late.take().into_iter().flat_map(|late| late.estimates);
         let spare = FRACTION_BITS - ESTIMATE_BITS;
-        // Each goes when it has been used: smoothing is where a decoder's memory is highest.
-        let Step { refined: Refined { surface, .. }, estimates, .. } = step;
         let new = estimates
             .into_iter()
             .map(|e| e.map(|x| (x >> spare).clamp(i32::MIN as i64, i32::MAX as i64) as i32));
-        let mut points: Vec<Point> = Vec::with_capacity(surface.vertices as usize);
+        let mut points: Vec<Point> = Vec::with_capacity(self.surface.vertices as usize);
         points.extend(known);
         points.extend(before);
         points.extend(new);
-        self.surface = surface;
         relax(&self.surface, &mut points, first, self.effort);
         let estimates = points.split_off(first as usize);
         let positions = &mut self.field.positions;

@@ -109,16 +109,13 @@ pub(crate) const ANYWHERE: (u32, Point) = (2 + COORDINATE_LIMIT.ilog2(), [-COORD
 /// How far a pass has come.
 pub(crate) struct Progress {
     pub traversal: Traversal,
-    /// By how much the estimates of the vertices coded so far were off, in 1/256; an entry for each
-    /// vertex that has one.
-    pub errors: Vec<[i32; 3]>,
     twins: Option<Twins>,
 }
 
 impl Progress {
-    /// Of a pass that has not begun.
-    pub fn new(traversal: Traversal, pass: &Pass, positions: &[Point]) -> Self {
-        Progress { traversal, errors: vec![[0; 3]; pass.estimates.len()], twins: pass.twins(positions) }
+    /// Of a pass, or a region of it, that has not begun.
+    pub fn new(traversal: Traversal, twins: Option<Twins>) -> Self {
+        Progress { traversal, twins }
     }
 
     /// Codes the vertices of the pass that are left, those of `targets` when encoding, until all are coded or
@@ -153,17 +150,12 @@ impl Progress {
                 target: targets.get(i).copied().unwrap_or_default(),
                 estimate: pass.estimates.get(i),
                 known: self.traversal.known(),
-                errors: &self.errors,
                 positions,
             };
             let point = code(coder, &turn, &mut self.twins);
             positions[v as usize] = point;
             if let Some(twins) = &mut self.twins {
                 twins.note(v, point);
-            }
-            if let Some(estimate) = pass.estimates.get(i) {
-                self.errors[i] =
-                    [0, 1, 2].map(|k| (((point[k] as i64) << FRACTION_BITS) - estimate[k]) as i32);
             }
             self.traversal.reach(v, &star);
         }
@@ -186,7 +178,6 @@ pub(crate) struct Turn<'a> {
     /// For each vertex whether its position is known.
     #[cfg_attr(not(feature = "max"), expect(dead_code, reason = "only that effort asks for it"))]
     pub known: &'a [bool],
-    pub errors: &'a [[i32; 3]],
     pub positions: &'a [Point],
 }
 

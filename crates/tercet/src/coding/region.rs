@@ -6,7 +6,8 @@
 
 use super::pass::{Pass, Progress, Roughness};
 use super::positions::Positions;
-use super::traversal::{Share, Traversal};
+use super::traversal::{Share, Support, Traversal};
+use super::twin::Twins;
 use super::vector::Point;
 use crate::entropy::Coder;
 use crate::parallel;
@@ -42,10 +43,10 @@ impl Changes {
         Changes { start: start.to_vec(), sum: start.to_vec() }
     }
 
-    /// Adds what a region has made of them. Sums do not depend on their order.
-    fn add(&mut self, after: &[Roughness]) {
-        for ((sum, &before), &after) in self.sum.iter_mut().zip(&self.start).zip(after) {
-            sum.add_change(before, after);
+    /// Adds what a region has made of them, and makes it what it was before. Sums do not depend on their order.
+    fn take(&mut self, after: &mut [Roughness]) {
+        for ((sum, &before), after) in self.sum.iter_mut().zip(&self.start).zip(after) {
+            sum.add_change(before, std::mem::replace(after, before));
         }
     }
 
@@ -69,7 +70,24 @@ pub(crate) struct Regions {
     /// The region after them, if it has begun.
     current: Option<Progress>,
     /// If there are several, once one has begun.
-    changes: Option<Changes>,
+    several: Option<(Start, Changes)>,
+}
+
+/// What all regions of a pass begin with, computed once for all of them.
+struct Start {
+    support: Support,
+    twins: Option<Twins>,
+}
+
+impl Start {
+    fn new(pass: &Pass, field: &Field) -> Self {
+        Start { support: Support::new(pass.surface, pass.first), twins: pass.twins(&field.positions) }
+    }
+
+    fn region(&self, index: u32, of: u32, pass: &Pass) -> Progress {
+        let traversal = self.support.clone().visit_share(pass.surface.faces(), Share { index, of });
+        Progress::new(traversal, self.twins.clone())
+    }
 }
 
 impl Regions {
@@ -81,7 +99,7 @@ impl Regions {
             done: 0,
             coded: 0,
             current: None,
-            changes: None,
+            several: None,
         }
     }
 
@@ -104,8 +122,8 @@ impl Regions {
         field: &mut Field,
     ) -> bool {
         let known = pass.first as usize;
-        if self.count > 1 && self.changes.is_none() {
-            self.changes = Some(Changes::new(&field.rough[..known]));
+        if self.count > 1 && self.several.is_none() {
+            self.several = Some((Start::new(pass, field), Changes::new(&field.rough[..known])));
         }
         let untouched = self.done == 0 && self.current.is_none();
         let all = coders.len() == self.count as usize && coders.iter().all(Coder::is_whole);
@@ -115,23 +133,28 @@ impl Regions {
         } else {
             self.in_turn(pass, models, coders, targets, field)
         };
-        if done && let Some(changes) = self.changes.take() {
+        if done && let Some((_, changes)) = self.several.take() {
             field.rough[..known].copy_from_slice(&changes.finish());
         }
         done
     }
 
-    fn begin(&self, index: u32, pass: &Pass, models: &mut Positions, field: &Field) -> Progress {
-        let share = Share { index, of: self.count };
-        let traversal = match pass.by_support {
-            true => Traversal::by_support(pass.surface, pass.first, share),
-            false => Traversal::by_number(pass.surface, pass.first),
-        };
+    /// Begins the region whose turn it is.
+    fn begin(&self, pass: &Pass, models: &mut Positions, field: &Field) -> Progress {
         models.begin(pass, &field.positions, &field.rough);
-        Progress::new(traversal, pass, &field.positions)
+        match &self.several {
+            Some((start, _)) => start.region(self.done, self.count, pass),
+            None => {
+                let traversal = match pass.by_support {
+                    true => Support::new(pass.surface, pass.first).visit_all(),
+                    false => Traversal::by_number(pass.surface, pass.first),
+                };
+                Progress::new(traversal, pass.twins(&field.positions))
+            }
+        }
     }
 
-    /// Each region on a copy of the field.
+    /// Each thread's regions on a copy of the field.
     fn at_once<C: Coder + Send>(
         &mut self,
         pass: &Pass,
@@ -140,27 +163,28 @@ impl Regions {
         targets: &[Point],
         field: &mut Field,
     ) {
-        let known = pass.first as usize;
-        let mut changes = self.changes.take();
-        let whole = Mutex::new((field, &mut changes));
+        let Some((start, changes)) = &mut self.several else { return };
+        let (known, count) = (pass.first as usize, self.count);
+        let whole = Mutex::new((field, changes));
         let whole = || whole.lock().unwrap_or_else(PoisonError::into_inner);
         let mut shares: Vec<Vec<_>> = (0..self.at_once).map(|_| Vec::new()).collect();
-        for (i, region) in (0..self.count).zip(models).zip(coders).enumerate() {
+        for (i, region) in (0..count).zip(models).zip(coders).enumerate() {
             shares[i % self.at_once].push(region);
         }
-        let code = |((index, models), coder): ((u32, &mut Positions), &mut C)| {
+        parallel::for_each(shares, |share| {
             let mut own = whole().0.clone();
-            let mut progress = self.begin(index, pass, models, &own);
-            models.code(coder, pass, &mut progress, targets, &mut own.positions, &mut own.rough);
-            let (field, changes) = &mut *whole();
-            changes.iter_mut().for_each(|changes| changes.add(&own.rough[..known]));
-            let coded = progress.traversal.known();
-            for v in (known..coded.len()).filter(|&v| coded[v]) {
-                (field.positions[v], field.rough[v]) = (own.positions[v], own.rough[v]);
+            for ((index, models), coder) in share {
+                models.begin(pass, &own.positions, &own.rough);
+                let mut progress = start.region(index, count, pass);
+                models.code(coder, pass, &mut progress, targets, &mut own.positions, &mut own.rough);
+                let (field, changes) = &mut *whole();
+                changes.take(&mut own.rough[..known]);
+                let coded = progress.traversal.known();
+                for v in (known..coded.len()).filter(|&v| coded[v]) {
+                    (field.positions[v], field.rough[v]) = (own.positions[v], own.rough[v]);
+                }
             }
-        };
-        parallel::for_each(shares, |share| share.into_iter().for_each(&code));
-        self.changes = changes;
+        });
     }
 
     fn in_turn<C: Coder>(
@@ -172,8 +196,7 @@ impl Regions {
         field: &mut Field,
     ) -> bool {
         for (models, coder) in models.iter_mut().zip(coders).skip(self.done as usize) {
-            let mut progress =
-                self.current.take().unwrap_or_else(|| self.begin(self.done, pass, models, field));
+            let mut progress = self.current.take().unwrap_or_else(|| self.begin(pass, models, field));
             let Field { positions, rough } = field;
             if !models.code(coder, pass, &mut progress, targets, positions, rough) {
                 self.current = Some(progress);
@@ -181,10 +204,8 @@ impl Regions {
             }
             self.done += 1;
             self.coded += progress.traversal.visited();
-            if let Some(changes) = &mut self.changes {
-                let rough = &mut rough[..pass.first as usize];
-                changes.add(rough);
-                rough.copy_from_slice(&changes.start);
+            if let Some((_, changes)) = &mut self.several {
+                changes.take(&mut rough[..pass.first as usize]);
             }
             if self.done == self.count {
                 return true;
@@ -218,6 +239,7 @@ mod tests {
         targets: &[Point],
         rounds: &mut [Vec<C>],
         at_once: usize,
+        effort: Effort,
     ) -> Field {
         let first = surface.virtuals + 1;
         let estimates: Vec<_> =
@@ -237,7 +259,7 @@ mod tests {
         };
         let vertices = surface.vertices as usize;
         let mut field = Field { positions: vec![[9; 3]; vertices], rough: vec![Roughness::START; vertices] };
-        let mut models = vec![Positions::new(Effort::Default); COUNT as usize];
+        let mut models = vec![Positions::new(effort); COUNT as usize];
         let mut regions = Regions::new(COUNT, at_once);
         let last = rounds.len() - 1;
         for (i, coders) in rounds.iter_mut().enumerate() {
@@ -247,15 +269,14 @@ mod tests {
         field
     }
 
-    #[test]
-    fn regions_come_back_at_once_and_in_turn_without_a_known_neighbour() {
+    fn come_back_whatever_the_order(effort: Effort) {
         let surface = cut(&grid(40, 30)).surface;
         let first = surface.virtuals as usize + 1;
         let targets: Vec<Point> = (0..surface.vertices as i32 - first as i32)
             .map(|v| [v % 40 * 20, v / 40 * 20 - 300, v % 7])
             .collect();
         let mut encoders = [(0..COUNT).map(|_| Encoder::new()).collect()];
-        let written = code(&surface, &targets, &mut encoders, 2);
+        let written = code(&surface, &targets, &mut encoders, 2, effort);
         assert_eq!(written.positions[first..], targets);
         let [encoders] = encoders;
         let streams: Vec<Vec<u8>> = encoders.into_iter().map(Encoder::finish).collect();
@@ -263,10 +284,17 @@ mod tests {
         for at_once in [1, 2, 3] {
             let rounds = [vec![decoders(3)], vec![decoders(1), decoders(3)], vec![decoders(2), decoders(3)]];
             for mut rounds in rounds {
-                let read = code(&surface, &targets, &mut rounds, at_once);
+                let read = code(&surface, &targets, &mut rounds, at_once, effort);
                 assert_eq!(read.positions, written.positions);
                 assert_eq!(read.rough, written.rough);
             }
         }
+    }
+
+    #[test]
+    fn regions_come_back_at_once_and_in_turn_without_a_known_neighbour() {
+        come_back_whatever_the_order(Effort::Default);
+        #[cfg(feature = "max")]
+        come_back_whatever_the_order(Effort::Max);
     }
 }

@@ -184,19 +184,20 @@ pub(crate) static LATE: Shares =
 
 impl<'a> Neighbourhood<'a> {
     pub fn new(ring: &'a Ring, pass: &Pass, turn: &Turn<'a>, rough: &[Roughness]) -> Self {
-        let Turn { errors, estimate, .. } = *turn;
+        let estimate = turn.estimate;
         let n = ring.count;
         let (mut tangential, mut normal) = (0u64, 0u64);
         let mut error = [0i64; 3];
         let mut with_error = 0;
-        for &y in ring.vertices() {
+        for (i, &y) in ring.vertices().iter().enumerate() {
             tangential += rough[y as usize].tangential as u64;
             normal += rough[y as usize].normal as u64;
-            // A processor could not guess which of them the pass has coded.
-            let i = y.wrapping_sub(pass.first) as usize;
-            let has_error = i < errors.len();
-            if let Some(e) = errors.get(if has_error { i } else { 0 }) {
-                (0..3).for_each(|k| error[k] += (e[k] & -(has_error as i32)) as i64);
+            // By how much its estimate was off, if it had one: a processor could not guess which has.
+            let estimated = y.wrapping_sub(pass.first) as usize;
+            let has_error = estimated < pass.estimates.len();
+            if let Some(e) = pass.estimates.get(if has_error { estimated } else { 0 }) {
+                let off = |k: usize| ((ring.places[k][i] as i64) << FRACTION_BITS) - e[k];
+                (0..3).for_each(|k| error[k] += off(k) & -(has_error as i64));
             }
             with_error += has_error as usize;
         }

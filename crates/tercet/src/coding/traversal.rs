@@ -10,6 +10,7 @@
 use super::star::{Members, Star, places};
 use crate::mesh::Surface;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// What a known neighbour, two of them in one face, and a parallelogram are worth.
 const NEIGHBOUR: u8 = 1;
@@ -35,34 +36,20 @@ impl Share {
     }
 }
 
-/// Which vertices of a pass are known, and which one comes next.
-pub(crate) struct Traversal {
-    /// Real vertices whose positions are known.
+/// How well each vertex of a pass is supported before it: what the visits of all its shares begin with.
+#[derive(Clone)]
+pub(crate) struct Support {
     known: Vec<bool>,
-    /// The pass's first vertex.
     first: u32,
-    /// For each vertex from `first` on its corner of the smallest number.
-    corner: Vec<u32>,
-    /// Vertices visited so far: in the order of numbers the next one, counted from `first`.
-    visited: u32,
-    /// The vertices still to be visited, if they are visited by their support.
-    queue: Option<Queue>,
+    corner: Arc<Vec<u32>>,
+    /// For each vertex from `first` on.
+    degree: Vec<u8>,
 }
 
-impl Traversal {
-    /// Visits the vertices from `first` on in the order of their numbers; the real ones before are
-    /// known. Time O(n).
-    pub fn by_number(surface: &Surface, first: u32) -> Self {
-        let mut known = vec![false; surface.vertices as usize];
-        known[surface.virtuals as usize..first as usize].fill(true);
-        let corner = surface.any_corner_from(first);
-        Traversal { known, first, corner, visited: 0, queue: None }
-    }
-
-    /// Visits a share of them: those whose corners of the smallest numbers lie in a run of faces, the best
-    /// supported vertex first, of several the one that became so last. Time O(n).
-    pub fn by_support(surface: &Surface, first: u32, share: Share) -> Self {
-        let mut traversal = Traversal::by_number(surface, first);
+impl Support {
+    /// Of the vertices from `first` on by the real ones before, which are known. Time O(n).
+    pub fn new(surface: &Surface, first: u32) -> Self {
+        let Traversal { known, corner, .. } = Traversal::by_number(surface, first);
         let count = surface.vertices - first;
         // Those that are known share one more entry: a processor could not guess which are.
         let mut degree = vec![0u8; count as usize + 1];
@@ -82,10 +69,49 @@ impl Traversal {
         }
         degree.truncate(count as usize);
         degree.iter_mut().for_each(|degree| *degree = HIGHEST.min(*degree));
-        let faces = share.range(surface.faces());
-        let mine = |i: u32| faces.contains(&(traversal.corner[i as usize] / 3));
-        traversal.queue = Some(Queue::new(degree, mine));
-        traversal
+        Support { known, first, corner, degree }
+    }
+
+    /// Visits the best supported vertex first, of several the one that became so last. Time O(n).
+    pub fn visit_all(self) -> Traversal {
+        self.visit(|_| true)
+    }
+
+    /// The same for a share of the vertices: those whose corners of the smallest numbers lie in a run of `faces` faces.
+    pub fn visit_share(self, faces: u32, share: Share) -> Traversal {
+        let faces = share.range(faces);
+        self.visit(|corner| (3 * faces.start..3 * faces.end).contains(&corner))
+    }
+
+    fn visit(self, mine: impl Fn(u32) -> bool) -> Traversal {
+        let Support { known, first, corner, degree } = self;
+        let queue = Some(Queue::new(degree, |i| mine(corner[i as usize])));
+        Traversal { known, first, corner, visited: 0, queue }
+    }
+}
+
+/// Which vertices of a pass are known, and which one comes next.
+pub(crate) struct Traversal {
+    /// Real vertices whose positions are known.
+    known: Vec<bool>,
+    /// The pass's first vertex.
+    first: u32,
+    /// For each vertex from `first` on its corner of the smallest number.
+    corner: Arc<Vec<u32>>,
+    /// Vertices visited so far: in the order of numbers the next one, counted from `first`.
+    visited: u32,
+    /// The vertices still to be visited, if they are visited by their support.
+    queue: Option<Queue>,
+}
+
+impl Traversal {
+    /// Visits the vertices from `first` on in the order of their numbers; the real ones before are
+    /// known. Time O(n).
+    pub fn by_number(surface: &Surface, first: u32) -> Self {
+        let mut known = vec![false; surface.vertices as usize];
+        known[surface.virtuals as usize..first as usize].fill(true);
+        let corner = Arc::new(surface.any_corner_from(first));
+        Traversal { known, first, corner, visited: 0, queue: None }
     }
 
     /// For each vertex whether its position is known.
@@ -151,8 +177,12 @@ impl Queue {
     /// Items by their degrees, as far as they are `mine`.
     fn new(degree: Vec<u8>, mine: impl Fn(u32) -> bool) -> Self {
         let count = degree.len() as u32;
-        let rings: Vec<u32> = (0..count + DEGREES).collect();
-        let mut queue = Queue { degree, after: rings.clone(), before: rings, occupied: 0 };
+        // Entries of items that are not mine are never asked for, so that their memory need not be there.
+        let [mut after, mut before] = [(); 2].map(|()| vec![0; (count + DEGREES) as usize]);
+        for head in count..count + DEGREES {
+            (after[head as usize], before[head as usize]) = (head, head);
+        }
+        let mut queue = Queue { degree, after, before, occupied: 0 };
         for i in 0..count {
             match mine(i) {
                 true => queue.append(i),
@@ -208,8 +238,6 @@ mod tests {
     use crate::mesh::{cut, next, prev};
     use crate::shapes::{grid, sphere, torus};
 
-    const WHOLE: Share = Share { index: 0, of: 1 };
-
     /// All vertices in the order of their visits.
     fn visits(surface: &Surface, mut traversal: Traversal) -> Vec<u32> {
         let mut order = Vec::new();
@@ -243,7 +271,7 @@ mod tests {
             let surface = cut(&mesh).surface;
             for first in [surface.virtuals, surface.virtuals + 20] {
                 let corners = surface.any_corner();
-                let mut traversal = Traversal::by_support(&surface, first, WHOLE);
+                let mut traversal = Support::new(&surface, first).visit_all();
                 let (mut seen, mut star) = (0, Star::default());
                 while let Some((v, corner)) = traversal.next() {
                     let of = |v: u32| support(&surface, corners[v as usize], traversal.known());
@@ -271,9 +299,10 @@ mod tests {
     fn shares_are_parts_of_the_whole() {
         let surface = cut(&grid(9, 7)).surface;
         let first = surface.virtuals + 20;
+        let support = Support::new(&surface, first);
         let mut all: Vec<u32> = Vec::new();
         for index in 0..3 {
-            let part = visits(&surface, Traversal::by_support(&surface, first, Share { index, of: 3 }));
+            let part = visits(&surface, support.clone().visit_share(surface.faces(), Share { index, of: 3 }));
             assert!(part.len() > 3);
             all.extend(part);
         }
@@ -288,7 +317,7 @@ mod tests {
         let mut mesh = crate::Mesh { positions: vec![[0.0; 3]; count as usize + 1], faces: Vec::new() };
         mesh.faces.extend((1..count).map(|v| [0, v, v + 1]));
         let surface = cut(&mesh).surface;
-        let order = visits(&surface, Traversal::by_support(&surface, surface.virtuals, WHOLE));
+        let order = visits(&surface, Support::new(&surface, surface.virtuals).visit_all());
         assert_eq!(order.len(), count as usize + 1);
     }
 }

@@ -44,6 +44,7 @@ pub(crate) struct TwinModels {
 }
 
 /// Known vertices without a twin, by the cells of a grid in which they lie; it lives as long as a pass.
+#[derive(Clone)]
 pub(crate) struct Twins {
     symmetry: Symmetry,
     /// Cells are 2 to this steps long on each axis.

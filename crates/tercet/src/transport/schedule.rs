@@ -103,6 +103,24 @@ struct Block {
 }
 
 impl Block {
+    /// One of which nothing has been sent.
+    fn new(code: Code, gain: f64, parts: Option<Parts>, base: bool) -> Self {
+        Block {
+            code,
+            gain,
+            parts,
+            base,
+            complete: false,
+            received: 0,
+            pending: 0,
+            fresh: 0,
+            needed: 0,
+            repairs: 0,
+            due: 0,
+            distance: None,
+        }
+    }
+
     fn bytes(&self) -> u32 {
         // A symbol has at most MAX_SYMBOL bytes.
         (OVERHEAD + self.code.size) as u32
@@ -144,47 +162,38 @@ pub(super) struct Schedule {
     repaired: usize,
 }
 
+/// The blocks of a file, of which nothing has been sent.
+fn blocks(source: &Source, objective: Objective) -> Vec<Block> {
+    let mut blocks: Vec<Block> = Vec::new();
+    let mut before = Quality::NOTHING;
+    for i in 0..source.blocks.count() {
+        // Blocks are never empty nor too large: Blocks::cut sees to that.
+        let Some(code) = Code::of(source.blocks.bytes(source.file(), i).len()) else { continue };
+        let mut quality = source.blocks.quality(i);
+        if let Some(next) = source.blocks.in_part(i + 1, 1).filter(|_| quality == before) {
+            // Shows nothing itself, but a packet after it does.
+            quality = next;
+        }
+        let gain = |quality| (objective.value(quality) - objective.value(before)).max(0.0);
+        let symbols = code.symbols as usize;
+        let in_part = |step: usize| source.blocks.in_part(i, symbols * step / STEPS);
+        let parts = in_part(0).map(|least| Parts {
+            symbols: code.symbols,
+            gains: std::array::from_fn(|step| gain(in_part(step).unwrap_or(least))),
+        });
+        let gain = gain(quality);
+        let base = before == Quality::NOTHING;
+        blocks.push(Block::new(code, gain, parts, base));
+        before = quality;
+    }
+    blocks
+}
+
 impl Schedule {
     pub(super) fn new(source: &Source, settings: Settings) -> Schedule {
-        let mut blocks: Vec<Block> = Vec::new();
-        let mut before = Quality::NOTHING;
-        for i in 0..source.blocks.count() {
-            // Blocks are never empty nor too large: Blocks::cut sees to that.
-            let Some(code) = Code::of(source.blocks.bytes(source.file(), i).len()) else { continue };
-            let mut quality = source.blocks.quality(i);
-            if let Some(next) = source.blocks.in_part(i + 1, 1).filter(|_| quality == before) {
-                // Shows nothing itself, but a packet after it does.
-                quality = next;
-            }
-            let gain =
-                |quality| (settings.objective.value(quality) - settings.objective.value(before)).max(0.0);
-            let symbols = code.symbols as usize;
-            let in_part = |step: usize| source.blocks.in_part(i, symbols * step / STEPS);
-            let parts = in_part(0).map(|least| Parts {
-                symbols: code.symbols,
-                gains: std::array::from_fn(|step| gain(in_part(step).unwrap_or(least))),
-            });
-            let gain = gain(quality);
-            let base = before == Quality::NOTHING;
-            blocks.push(Block {
-                code,
-                gain,
-                parts,
-                base,
-                complete: false,
-                received: 0,
-                pending: 0,
-                fresh: 0,
-                needed: 0,
-                repairs: 0,
-                due: 0,
-                distance: None,
-            });
-            before = quality;
-        }
         Schedule {
             settings,
-            blocks,
+            blocks: blocks(source, settings.objective),
             runs: Runs::new(settings.conditions.loss),
             flights: VecDeque::new(),
             number: 0,
