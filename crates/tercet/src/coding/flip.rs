@@ -50,6 +50,7 @@ impl Turned {
     }
 
     /// 0..15 in a split face: four times its flips and its stays; 15 in another.
+    #[cfg(feature = "max")]
     #[inline(always)]
     fn outcomes(self) -> usize {
         if self.0 & Self::SPLIT != 0 { (self.0 & 15) as usize } else { 15 }
@@ -67,6 +68,7 @@ struct Course<'a> {
 /// An edge that is asked about.
 pub(super) struct Edge {
     /// The faces of the corners that face it.
+    #[cfg_attr(not(feature = "max"), expect(dead_code, reason = "only that effort asks for it"))]
     turned: [Turned; 2],
     /// The valences to expect of its ends and of those corners' vertices, or of the new ones in place of these,
     /// but for this edge; modulo 2³².
@@ -241,6 +243,7 @@ impl Edge {
         ((low / 2 * 8 + near) * 8 + far) * 2 + self.kind % 2
     }
 
+    #[cfg(feature = "max")]
     #[inline(always)]
     pub fn contexts(&self) -> [usize; 4] {
         let Edge { angle, kind, .. } = *self;
@@ -263,6 +266,7 @@ impl Edge {
     }
 
     /// The outcomes of both faces, in order.
+    #[cfg(feature = "max")]
     #[inline(always)]
     pub fn outcomes(&self) -> [usize; 2] {
         ordered(self.turned.map(Turned::outcomes))

@@ -24,11 +24,11 @@ pub(super) fn row(node: usize) -> usize {
 
 /// By row, but for halvings, the weights (in 1/8192) of the two experts and the two lists; at the end that of the bias.
 pub(super) static MIXED: [[i16; 8]; ROWS - 1] = [
-    [2949, 2921, 2314, 2849, 0, 0, 0, 788],
-    [336, 2967, 2981, 3355, 0, 0, 0, -2955],
-    [2384, 2490, 2738, 2930, 0, 0, 0, -1481],
-    [2609, 2002, 2190, 2753, 0, 0, 0, -590],
-    [1611, 1713, 1085, 1274, 0, 0, 0, 48],
+    [2968, 2522, 2454, 3974, 0, 0, 0, 1156],
+    [348, 3765, 2940, 4164, 0, 0, 0, -2988],
+    [2098, 2674, 2801, 3655, 0, 0, 0, -1438],
+    [2261, 2026, 2457, 3420, 0, 0, 0, -514],
+    [1255, 1521, 1284, 1593, 0, 0, 0, 84],
 ];
 
 /// By list, row, but for halvings, and split the probability of a 1, in 1/256.

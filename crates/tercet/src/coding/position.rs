@@ -22,7 +22,7 @@ use crate::subdivide::FRACTION_BITS;
 pub(crate) struct PositionModels {
     coordinate: CoordinateModels,
     spread: Spread,
-    /// By expert, kind of axis, distance from the first expert and roughness.
+    /// By expert after the first, kind of axis, distance from the first expert and roughness.
     by_distance: Vec<ScaleCell>,
     twins: TwinModels,
 }
@@ -34,7 +34,7 @@ impl PositionModels {
         PositionModels {
             coordinate: CoordinateModels::new(),
             spread: Spread::new(),
-            by_distance: vec![ScaleCell::default(); EXPERTS * KINDS * DISTANCES * ROUGH],
+            by_distance: vec![ScaleCell::default(); (EXPERTS - 1) * KINDS * DISTANCES * ROUGH],
             twins: TwinModels::new(),
         }
     }
@@ -110,7 +110,7 @@ impl PositionModels {
         for j in 1..EXPERTS {
             let distance = centre[j].abs_diff(centre[0]);
             let apart = ratio(distance + 12, main + 50, DISTANCES);
-            cells[j] = ((j * KINDS + kind) * DISTANCES + apart) * ROUGH + place.roughness;
+            cells[j] = (((j - 1) * KINDS + kind) * DISTANCES + apart) * ROUGH + place.roughness;
             let mean = self.by_distance[cells[j]].mean(main + distance / 2);
             experts[j] = Expert { centre: centre[j], scale: Scale::new(mean) };
         }

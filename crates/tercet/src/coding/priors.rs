@@ -73,7 +73,7 @@ pub(super) static FLIP: Contexts = [
 ];
 
 /// What the first and the third context of a flip bit weigh at first, in 1/8192.
-pub(super) const FLIP_WEIGHTS: [i16; 2] = [5900, 6300];
+pub(super) const FLIP_WEIGHTS: [i16; 2] = [6144, 5829];
 
 /// Counters for all values of some contexts, one context after the other.
 pub(super) fn counters(contexts: &[&[&[i16]]]) -> Vec<Counter> {

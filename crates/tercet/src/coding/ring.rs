@@ -62,9 +62,9 @@ impl Ring {
             let at = self.count & (MOST - 1);
             self.known[at] = members[i];
             self.around[i] = p.map(i64::from);
-            for k in 0..3 {
-                self.places[k][at] = p[k];
-                self.sum[k] += p[k] as i64;
+            for (k, &x) in p.iter().enumerate() {
+                self.places[k][at] = x;
+                self.sum[k] += x as i64;
             }
             self.count += 1;
         }
@@ -192,11 +192,10 @@ impl<'a> Neighbourhood<'a> {
         for (i, &y) in ring.vertices().iter().enumerate() {
             tangential += rough[y as usize].tangential as u64;
             normal += rough[y as usize].normal as u64;
-            // By how much its estimate was off, if it had one: a processor could not guess which of them the pass has
-            // coded.
-            let j = y.wrapping_sub(pass.first) as usize;
-            let has_error = j < pass.estimates.len();
-            if let Some(e) = pass.estimates.get(if has_error { j } else { 0 }) {
+            // By how much its estimate was off, if it had one: a processor could not guess which has.
+            let estimated = y.wrapping_sub(pass.first) as usize;
+            let has_error = estimated < pass.estimates.len();
+            if let Some(e) = pass.estimates.get(if has_error { estimated } else { 0 }) {
                 let off = |k: usize| ((ring.places[k][i] as i64) << FRACTION_BITS) - e[k];
                 (0..3).for_each(|k| error[k] += off(k) & -(has_error as i64));
             }

@@ -30,6 +30,7 @@ pub(crate) struct VertexSketch {
     /// Mean of the real faces' `area`.
     pub area: i16,
     /// Number of faces, virtual ones included, at most 2¹⁶ − 1.
+    #[cfg_attr(not(feature = "max"), expect(dead_code, reason = "only that effort asks for it"))]
     pub valence: u16,
 }
 

@@ -11,7 +11,9 @@ use super::priors;
 use super::shape::VIRTUAL;
 use super::sketch::Sketch;
 use crate::Effort;
-use crate::entropy::{Coder, Counter, log2_fixed};
+#[cfg(feature = "max")]
+use crate::entropy::log2_fixed;
+use crate::entropy::{Coder, Counter};
 use crate::mesh::Surface;
 
 /// The models of split bits; they live as long as the file.
@@ -43,9 +45,12 @@ struct Counts(u64);
 /// A face that is asked about.
 pub(super) struct Face<'a> {
     course: &'a Course<'a>,
+    #[cfg_attr(not(feature = "max"), expect(dead_code, reason = "only that effort asks for it"))]
     index: usize,
+    #[cfg_attr(not(feature = "max"), expect(dead_code, reason = "only that effort asks for it"))]
     pub corners: [u32; 3],
     /// The corners' opposites.
+    #[cfg_attr(not(feature = "max"), expect(dead_code, reason = "only that effort asks for it"))]
     opposites: [u32; 3],
     area: i16,
     /// 4 for each face across an edge that is split, 1 for each that is not.
@@ -173,9 +178,6 @@ impl Counts {
 }
 
 impl Face<'_> {
-    /// Values of [`set`](Face::set).
-    pub const SETS: usize = 32;
-
     pub fn is_virtual(&self) -> bool {
         self.area == VIRTUAL
     }
@@ -186,6 +188,18 @@ impl Face<'_> {
         let large = !self.is_virtual() && self.beyond_threshold() >= Threshold::MARGIN;
         ((self.neighbours * 16 + self.local) * 3 + self.around.share()) * 2 + large as usize
     }
+
+    /// How much larger it is than what lies between the areas of split and unsplit faces, in 1/32 octaves.
+    #[inline(always)]
+    fn beyond_threshold(&self) -> i32 {
+        self.course.threshold.below(self.area)
+    }
+}
+
+#[cfg(feature = "max")]
+impl Face<'_> {
+    /// Values of [`set`](Face::set).
+    pub const SETS: usize = 32;
 
     #[inline(always)]
     pub fn set(&self) -> usize {
@@ -204,12 +218,6 @@ impl Face<'_> {
             self.tightest() * 16 + self.neighbours,
             shape,
         ]
-    }
-
-    /// How much larger it is than what lies between the areas of split and unsplit faces, in 1/32 octaves.
-    #[inline(always)]
-    fn beyond_threshold(&self) -> i32 {
-        self.course.threshold.below(self.area)
     }
 
     /// How a real face's area compares with the mean of those across its edges, three bins an octave.
@@ -268,10 +276,7 @@ impl Face<'_> {
         });
         (a.min(b).min(c) & 0xffff) as usize
     }
-}
 
-#[cfg(feature = "max")]
-impl Face<'_> {
     /// How many of the decided faces around are split: less than a third, a half, more.
     pub fn share(&self) -> usize {
         self.around.share()

@@ -73,7 +73,7 @@ impl Support {
         Support { known, first, corner, degree }
     }
 
-    /// Visits the best supported vertex first, of several the one that has been so longest. Time O(n).
+    /// Visits the best supported vertex first, of several the one that became so last. Time O(n).
     pub fn visit_all(self) -> Traversal {
         self.visit(|_| true)
     }
@@ -206,7 +206,7 @@ impl Queue {
         queue
     }
 
-    /// The first item of the highest degree.
+    /// The last item of the highest degree: what lies near it has just been looked at.
     fn first(&self) -> Option<u32> {
         let degree = self.occupied.checked_ilog2()?;
         Some(self.before[self.degree.len() + degree as usize])
