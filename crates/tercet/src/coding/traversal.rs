@@ -84,14 +84,14 @@ impl Support {
     }
 
     /// The corners at which so many `shares` begin, and where the last one ends: of the vertices, in the order of their
-    /// corners of the smallest numbers, each has as many. Time O(n).
+    /// corners of the smallest numbers, each has as many. There are more vertices than shares. Time O(n).
     pub fn bounds(&self, surface: &Surface, shares: u32) -> Vec<u32> {
         let is_smallest =
             |c: &u32| surface.at(*c).checked_sub(self.first).is_some_and(|i| self.corner[i as usize] == *c);
-        let in_order: Vec<u32> = (0..surface.vertex.len() as u32).filter(is_smallest).collect();
+        let mut in_order = (0..).zip((0..surface.vertex.len() as u32).filter(is_smallest));
         let begins = (0..shares).map(|index| {
-            let Range { start, .. } = Share { index, of: shares }.range(in_order.len() as u32);
-            in_order.get(start as usize).copied().unwrap_or(u32::MAX)
+            let Range { start, .. } = Share { index, of: shares }.range(self.corner.len() as u32);
+            in_order.find(|&(rank, _)| rank >= start).map_or(u32::MAX, |(_, corner)| corner)
         });
         begins.chain(once(u32::MAX)).collect()
     }
