@@ -12,7 +12,6 @@ use crate::mesh::Mesh;
 use crate::parallel;
 use crate::subdivide::StepKind;
 use crate::{Effort, Error, GROUPS, Limits, Precision, Result, Update};
-use std::iter::once;
 use std::ops::Range;
 
 /// What a file says of itself.
@@ -187,8 +186,6 @@ const MORE_BYTES_PER_VERTEX: u64 = 108;
 
 /// What a region of positions takes of each vertex while it is at work, and what several take together.
 const BYTES_PER_REGION: u64 = 52;
-/// What a region of split bits takes of each vertex while it is at work.
-const BYTES_PER_SPLIT_REGION: u64 = 10;
 
 /// A progressive decoder: bytes in, levels out.
 ///
@@ -385,8 +382,8 @@ impl Decoder {
             },
         };
         let opening = match groups {
-            None => Opening::read(bytes, length, self.streams_before(part)?, self.streams(part)?)?,
-            Some(_) => Some(Opening { before: Vec::new(), streams: once(0..0).collect(), reach: 0 }),
+            None => Opening::read(bytes, length, self.streams(part)?)?,
+            Some(_) => Some(Opening { streams: std::iter::once(0..0).collect(), reach: 0 }),
         };
         let Some(opening) = opening else { return Ok(None) };
         let mut streams: Vec<Stream> =
@@ -420,13 +417,7 @@ impl Decoder {
                 self.kept = coarse.vertices - coarse.virtuals;
                 self.levels.regions_at_once = regions_at_once;
                 let vertices = entry.vertices as u64;
-                let before = opening.before.iter().filter_map(|place| bytes.get(place.clone()));
-                let mut coders: Vec<_> = once(coder).chain(before.map(entropy::Decoder::new)).collect();
-                let step = self.levels.connectivity(&mut coders, kind, Vec::new(), Vec::new(), vertices)?;
-                if coders[1..].iter().any(Coder::exhausted) {
-                    return Err(ends_early(part));
-                }
-                coder = coders.remove(0);
+                let step = self.levels.connectivity(&mut coder, kind, Vec::new(), Vec::new(), vertices)?;
                 self.predicted = self.keeps_predictions.then(|| self.levels.without_details(&step));
                 match entry.kind {
                     LevelKind::Late => self.levels.late_step(step),
@@ -446,7 +437,7 @@ impl Decoder {
         Ok(Some(Begun { level: level as u32, streams, groups }))
     }
 
-    /// How many regions of a section, of so many streams from the main one on, may be decoded at once.
+    /// How many regions of a section, of so many streams, may be decoded at once.
     ///
     /// # Errors
     /// If there is too little memory to decode one after the other, whatever the number of threads.
@@ -459,13 +450,13 @@ impl Decoder {
         let vertices = level.map_or(0, |level| u64::from(level.vertices));
         let more = if outline.effort.is_max() { MORE_BYTES_PER_VERTEX } else { 0 };
         let (whole, region) = (BYTES_PER_VERTEX + more, BYTES_PER_REGION + more);
-        // The first region of split bits is part of what a level takes.
-        let (first, further) = match streams {
-            0 | 1 => (whole, BYTES_PER_SPLIT_REGION),
-            _ => (whole + 2 * region, region),
-        };
-        self.limits.check("bytes of a level", vertices, first)?;
-        let fitting = 1 + (self.limits.max_memory / vertices.max(1)).saturating_sub(first) / further;
+        if streams < 2 {
+            self.limits.check("bytes of a level", vertices, whole)?;
+            return Ok(1);
+        }
+        let shared = whole + region;
+        self.limits.check("bytes of a level", vertices, shared + region)?;
+        let fitting = (self.limits.max_memory / vertices.max(1) - shared) / region;
         Ok(parallel::threads().min(usize::try_from(fitting).unwrap_or(usize::MAX)))
     }
 
@@ -475,14 +466,7 @@ impl Decoder {
         Ok(self.outline()?.levels.get(level).is_some_and(|level| level.grouped))
     }
 
-    /// How many streams of connectivity alone the payload of a section has, whose turn has come.
-    fn streams_before(&self, part: Part) -> Result<u32> {
-        let Part::Level(level) = part else { return Ok(0) };
-        let kind = self.outline()?.levels.get(level).and_then(|level| step_kind(level.kind));
-        Ok(kind.map_or(0, |kind| self.levels.split_regions(kind) - 1))
-    }
-
-    /// How many further streams the payload of a section has that holds connectivity or positions, the main one included.
+    /// How many streams the payload of a section has that holds connectivity or positions.
     fn streams(&self, part: Part) -> Result<u32> {
         let outline = self.outline()?;
         let Outline { effort, streams, ref levels, .. } = *outline;

@@ -262,7 +262,7 @@ impl Writer {
         self.levels.begin_base(&mut coder, &positions, self.symmetry);
         let reach = coder.reach();
         let streams = self.positions(coder, &positions[self.levels.surface.virtuals as usize..]);
-        self.finish(Payload::Streams { before: 0, streams, reach }, LevelKind::Base, &[]);
+        self.finish(Payload::Streams(streams, reach), LevelKind::Base, &[]);
         Ok(())
     }
 
@@ -275,8 +275,7 @@ impl Writer {
             false => self.hierarchy.positions.pop().unwrap_or_default(),
         };
         let fine = self.hierarchy.surface(level);
-        let mut coders = Vec::new();
-        coders.resize_with(self.levels.split_regions(step.kind) as usize, Encoder::new);
+        let mut coder = Encoder::new();
         let (split, flip) = self.decisions(&step);
         let is_plain = step.kind == StepKind::Adaptive && !is_late && level > 0;
         let inserted = is_plain.then(|| self.inserted(&step, fine));
@@ -285,12 +284,9 @@ impl Writer {
             step.coarse = Surface::default();
         }
         let vertices = (fine.vertices - fine.virtuals) as u64;
-        let coded = self.levels.connectivity(&mut coders, step.kind, split, flip, vertices)?;
-        self.connectivity_bits += coders.iter().map(Encoder::bits).sum::<u64>();
-        let coder = coders.remove(0);
+        let coded = self.levels.connectivity(&mut coder, step.kind, split, flip, vertices)?;
         let reach = coder.reach();
-        let before = coders.len();
-        let mut streams: Vec<_> = coders.into_iter().map(Encoder::finish).collect();
+        self.connectivity_bits += coder.bits();
         self.map = lift(&coded.refined, &step, fine, &self.map);
         let kind = step.kind;
         drop(step);
@@ -304,8 +300,7 @@ impl Writer {
                 self.forget_connectivity(image);
             }
             self.levels.late_step(coded);
-            streams.push(coder.finish());
-            Payload::Streams { before, streams, reach }
+            Payload::Streams(vec![coder.finish()], reach)
         } else {
             let new = match inserted {
                 Some(inserted) => at(&positions, &inserted),
@@ -326,10 +321,7 @@ impl Writer {
             self.levels.begin_step(coded, self.rule, grouping)?;
             match self.levels.encode_groups(&new, container::MOST_IN_GROUP) {
                 Some(groups) => Payload::Groups(groups),
-                None => {
-                    streams.extend(self.positions(coder, &new));
-                    Payload::Streams { before, streams, reach }
-                }
+                None => Payload::Streams(self.positions(coder, &new), reach),
             }
         };
         let kind = match kind {
@@ -350,7 +342,7 @@ impl Writer {
         let known = at(&positions, &self.image[first as usize..]);
         drop(positions);
         self.levels.begin_late();
-        self.late_payload = Some(payload::assemble(self.positions(Encoder::new(), &known), 0, 0));
+        self.late_payload = Some(payload::assemble(self.positions(Encoder::new(), &known), 0));
     }
 
     /// Codes the positions of the pass that has begun, of its first region by `coder`, which may have coded
@@ -415,7 +407,7 @@ impl Writer {
             error: container::round_error_up(error),
         });
         self.payloads.push(match payload {
-            Payload::Streams { before, streams, reach } => payload::assemble(streams, before, reach),
+            Payload::Streams(streams, reach) => payload::assemble(streams, reach),
             Payload::Groups(groups) => {
                 self.position_bits += groups.iter().map(|group| 8 * group.1.len() as u64).sum::<u64>();
                 container::join_groups(&groups)
@@ -426,8 +418,8 @@ impl Writer {
 
 /// What a level's payload is made of.
 enum Payload {
-    /// Streams, so many of them `before` the main one, and the bytes of that one that its connectivity takes.
-    Streams { before: usize, streams: Vec<Vec<u8>>, reach: usize },
+    /// Streams, and the bytes of the first one that its connectivity takes.
+    Streams(Vec<Vec<u8>>, usize),
     /// Groups: the vertices and bytes of each.
     Groups(Vec<(u16, Vec<u8>)>),
 }

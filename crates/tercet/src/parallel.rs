@@ -17,14 +17,9 @@ pub(crate) fn threads() -> usize {
 }
 
 /// Calls `work` for every item, in any order or at once.
-pub(crate) fn for_each<T: Send>(items: Vec<T>, work: impl Fn(T) + Sync) {
-    at_most(threads(), items, work);
-}
-
-/// Calls `work` for every item, in any order, for so many at once at most.
 #[cfg(feature = "rayon")]
-pub(crate) fn at_most<T: Send>(at_once: usize, items: Vec<T>, work: impl Fn(T) + Sync) {
-    let helpers = threads().min(at_once).min(items.len()).saturating_sub(1);
+pub(crate) fn for_each<T: Send>(items: Vec<T>, work: impl Fn(T) + Sync) {
+    let helpers = threads().min(items.len()).saturating_sub(1);
     if helpers == 0 {
         return items.into_iter().for_each(work);
     }
@@ -43,7 +38,7 @@ pub(crate) fn at_most<T: Send>(at_once: usize, items: Vec<T>, work: impl Fn(T) +
 
 /// Calls `work` for every item.
 #[cfg(not(feature = "rayon"))]
-pub(crate) fn at_most<T>(_: usize, items: Vec<T>, work: impl Fn(T)) {
+pub(crate) fn for_each<T>(items: Vec<T>, work: impl Fn(T)) {
     items.into_iter().for_each(work);
 }
 

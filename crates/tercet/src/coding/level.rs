@@ -13,7 +13,7 @@ use super::relax::{ESTIMATE_BITS, precise, relax, rounded};
 use super::ring::{LATE, NEAR, Shares};
 use super::site::{Site, in_faces, in_rings, lie_in_faces};
 use super::sketch::Sketch;
-use super::splits::Splits;
+use super::split::SplitModels;
 use super::symmetry::Symmetry;
 use super::tabled::{TableModels, Walk};
 use super::twin::Lone;
@@ -31,17 +31,16 @@ use std::borrow::Cow;
 /// All models and the surface they have reached; the same in encoder and decoder.
 pub(crate) struct Levels {
     /// The models of split and flip bits, from the first adaptive level on.
-    bits: Option<(Splits, FlipModels)>,
+    bits: Option<(SplitModels, FlipModels)>,
     /// Of each region, unless the pass is coded by tables.
     position: Vec<Positions>,
     tables: Option<TableModels>,
     effort: Effort,
-    /// Streams of the split bits of a large surface and of the positions of a large pass, one a region.
+    /// Streams of the positions of a large pass, one a region.
     streams: u32,
     /// The plane by which the mesh is its own mirror image, if it is.
     symmetry: Option<Symmetry>,
-    /// So many regions at most of split bits, and of a pass that is to begin, are coded at once. The bytes do not depend
-    /// on it.
+    /// So many regions at most of a pass that is to begin are coded at once. The bytes do not depend on it.
     pub regions_at_once: usize,
     /// The finest surface so far.
     pub surface: Surface,
@@ -386,19 +385,14 @@ impl Levels {
         Some(positions)
     }
 
-    /// How many regions the connectivity of a step of `kind` from the current surface has.
-    pub fn split_regions(&self, kind: StepKind) -> u32 {
-        regions(self.streams, self.surface.faces(), kind == StepKind::Adaptive)
-    }
-
-    /// Codes the connectivity of a step, by a coder for each of its [regions](Levels::split_regions). When encoding an
-    /// `Adaptive` one, `split` and `flip` say what it is; otherwise they are ignored.
+    /// Codes the connectivity of a step. When encoding an `Adaptive` one, `split` and `flip` say
+    /// what it is; otherwise they are ignored.
     ///
     /// # Errors
-    /// When decoding: if the step does not lead to `vertices` real vertices or does not apply.
-    pub fn connectivity<C: Coder + Send>(
+    /// When decoding: if the step does not lead to `faces` real faces or does not apply.
+    pub fn connectivity<C: Coder>(
         &mut self,
-        coders: &mut [C],
+        coder: &mut C,
         kind: StepKind,
         mut split: Vec<bool>,
         flip: Vec<bool>,
@@ -427,16 +421,16 @@ impl Levels {
         split.resize(surface.faces() as usize, false);
         let sketch = Sketch::new(surface, &self.field.positions);
         let effort = self.effort;
-        let (splits, flip_models) =
-            self.bits.get_or_insert_with(|| (Splits::new(effort), FlipModels::new(effort)));
-        splits.code(coders, self.regions_at_once, surface, &sketch, &mut split);
+        let (split_models, flip_models) =
+            self.bits.get_or_insert_with(|| (SplitModels::new(effort), FlipModels::new(effort)));
+        split_models.code(coder, surface, &sketch, &mut split);
         announced(split.iter().filter(|&&s| s).count() as u64)?;
         // What splits make of the surface does not wait for the flips; but for one thread the sketch goes first, for
         // the sake of memory.
         let at_once = parallel::threads() > 1;
         let (flips, (estimates, refined)) = parallel::join(
             split.len(),
-            || flip_models.code(&mut coders[0], surface, &sketch, &split, &flip),
+            || flip_models.code(coder, surface, &sketch, &split, &flip),
             || {
                 let estimates = estimate(surface, &self.field.positions, &sketch, &split);
                 (estimates, at_once.then(|| split_faces(surface, &split)))

@@ -44,7 +44,6 @@ mod shape;
 mod site;
 mod sketch;
 mod split;
-mod splits;
 mod spread;
 mod star;
 pub(crate) mod supplement;

@@ -10,7 +10,6 @@ pub(super) const LIMIT: u16 = 250;
 
 /// Predicts one kind of binary decision from `N` ≤ 8 contexts, mixed by weights that a further
 /// context, the *set*, selects.
-#[derive(Clone)]
 pub(crate) struct BitModel<const N: usize> {
     counters: Vec<Counter>,
     start: [usize; N],

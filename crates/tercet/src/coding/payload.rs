@@ -1,8 +1,7 @@
-//! The payload of a level or of a pass over positions: one stream of decisions, the main one, connectivity before
-//! positions; before it a further one for each region of the connectivity beyond the first, and after it one for each
-//! region of the positions beyond the first.
+//! The payload of a pass over positions: one stream of decisions, connectivity before positions, and a
+//! further one for each region of the pass beyond the first.
 //!
-//! In front of several stand their lengths; in front of a long one, how far a reader must have come in the main one
+//! In front of several stand their lengths; in front of a long one, how far a reader must have come in it
 //! to decode the connectivity, so that the positions can be decoded as they arrive.
 
 use crate::{Error, Result};
@@ -15,15 +14,14 @@ const LONG: usize = 1 << 12;
 /// Bytes of a field in front of the streams.
 const FIELD: usize = size_of::<u32>();
 
-/// The payload of some `streams`, of which so many stand `before` the main one, in which a decoder of the connectivity
-/// reads `reach` bytes.
-pub(crate) fn assemble(mut streams: Vec<Vec<u8>>, before: usize, reach: usize) -> Vec<u8> {
+/// The payload of some `streams`, in whose first a decoder of the connectivity reads `reach` bytes.
+pub(crate) fn assemble(mut streams: Vec<Vec<u8>>, reach: usize) -> Vec<u8> {
     if streams.len() == 1 && streams[0].len() <= LONG {
         return streams.remove(0);
     }
     // A stream lacks the zero bytes at its end; a reach of 4 GiB is more than a section can have.
     let last = streams.len() - 1;
-    let fields = [reach.min(streams[before].len())].into_iter().chain(streams[..last].iter().map(Vec::len));
+    let fields = [reach.min(streams[0].len())].into_iter().chain(streams[..last].iter().map(Vec::len));
     let fields = fields.flat_map(|field| u32::try_from(field).unwrap_or(u32::MAX).to_le_bytes());
     fields.chain(streams.iter().flatten().copied()).collect()
 }
@@ -31,26 +29,22 @@ pub(crate) fn assemble(mut streams: Vec<Vec<u8>>, before: usize, reach: usize) -
 /// What is known of a payload before its streams are read.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Opening {
-    /// Where the streams before the main one lie.
-    pub before: Vec<Range<usize>>,
-    /// Where the main one lies, and those after it.
+    /// Where the streams lie.
     pub streams: Vec<Range<usize>>,
-    /// Bytes of the main one that a decoder of the connectivity reads at most.
+    /// Bytes of the first one that a decoder of the connectivity reads at most.
     pub reach: usize,
 }
 
 impl Opening {
-    /// Of a payload of `length` bytes, whose first are `bytes`, with `count` streams from the main one on and so many
-    /// `before` it; nothing if the bytes are too few to tell.
+    /// Of a payload of `length` bytes, whose first are `bytes`, with `count` streams; nothing if the bytes are
+    /// too few to tell.
     ///
     /// # Errors
     /// If the streams are longer than the payload.
-    pub fn read(bytes: &[u8], length: u32, before: u32, count: u32) -> Result<Option<Self>> {
-        let (length, before) = (length as usize, before as usize);
-        let count = before + count as usize;
+    pub fn read(bytes: &[u8], length: u32, count: u32) -> Result<Option<Self>> {
+        let (length, count) = (length as usize, count as usize);
         if count == 1 && length <= LONG {
-            let streams = once(0..length).collect();
-            return Ok(Some(Opening { before: Vec::new(), streams, reach: length }));
+            return Ok(Some(Opening { streams: once(0..length).collect(), reach: length }));
         }
         let Some(head) = bytes.get(..count * FIELD) else {
             return if length < count * FIELD { Err(too_short()) } else { Ok(None) };
@@ -66,9 +60,8 @@ impl Opening {
             start = end;
         }
         streams.push(start..length);
-        let after = streams.split_off(before);
-        let reach = reach.min(after[0].len());
-        Ok(Some(Opening { before: streams, streams: after, reach }))
+        let reach = reach.min(streams[0].len());
+        Ok(Some(Opening { streams, reach }))
     }
 
     /// Fails if a decoder has read `reached` bytes for the connectivity, and was told that fewer would do.
@@ -91,48 +84,38 @@ mod tests {
 
     #[test]
     fn only_long_streams_have_a_field() {
-        let short = assemble(vec![vec![7; LONG]], 0, 100);
+        let short = assemble(vec![vec![7; LONG]], 100);
         assert_eq!(short, vec![7; LONG]);
-        let opening = Opening::read(&[], LONG as u32, 0, 1).unwrap();
-        assert_eq!(opening, Some(Opening { before: vec![], streams: once(0..LONG).collect(), reach: LONG }));
-        let long = assemble(vec![vec![7; LONG + 1]], 0, 100);
+        let opening = Opening::read(&[], LONG as u32, 1).unwrap();
+        assert_eq!(opening, Some(Opening { streams: once(0..LONG).collect(), reach: LONG }));
+        let long = assemble(vec![vec![7; LONG + 1]], 100);
         let length = long.len() as u32;
         assert_eq!(length as usize, LONG + 1 + FIELD);
-        assert_eq!(Opening::read(&long[..3], length, 0, 1).unwrap(), None);
-        let opening = Opening::read(&long[..4], length, 0, 1).unwrap().unwrap();
-        assert_eq!(opening, Opening { before: vec![], streams: once(4..LONG + 5).collect(), reach: 100 });
+        assert_eq!(Opening::read(&long[..3], length, 1).unwrap(), None);
+        let opening = Opening::read(&long[..4], length, 1).unwrap().unwrap();
+        assert_eq!(opening, Opening { streams: once(4..LONG + 5).collect(), reach: 100 });
         opening.check(100).unwrap();
         opening.check(101).unwrap_err();
     }
 
     #[test]
     fn a_reach_through_the_end_is_no_promise() {
-        let payload = assemble(vec![vec![7; 5000]], 0, 5008);
-        let opening = Opening::read(&payload, payload.len() as u32, 0, 1).unwrap().unwrap();
+        let payload = assemble(vec![vec![7; 5000]], 5008);
+        let opening = Opening::read(&payload, payload.len() as u32, 1).unwrap().unwrap();
         assert_eq!(opening.reach, 5000);
         opening.check(5008).unwrap();
     }
 
     #[test]
     fn several_streams_have_their_lengths_in_front() {
-        let payload = assemble(vec![vec![1; 30], vec![], vec![3; 20]], 0, 10);
+        let payload = assemble(vec![vec![1; 30], vec![], vec![3; 20]], 10);
         let length = payload.len() as u32;
         assert_eq!(payload[..12], [10, 0, 0, 0, 30, 0, 0, 0, 0, 0, 0, 0]);
-        let opening = Opening::read(&payload[..12], length, 0, 3).unwrap().unwrap();
-        assert_eq!(opening, Opening { before: vec![], streams: vec![12..42, 42..42, 42..62], reach: 10 });
-        assert_eq!(Opening::read(&payload[..11], length, 0, 3).unwrap(), None);
+        let opening = Opening::read(&payload[..12], length, 3).unwrap().unwrap();
+        assert_eq!(opening, Opening { streams: vec![12..42, 42..42, 42..62], reach: 10 });
+        assert_eq!(Opening::read(&payload[..11], length, 3).unwrap(), None);
         // One that ends behind the payload, and fields that do.
-        Opening::read(&payload[..12], 41, 0, 3).unwrap_err();
-        Opening::read(&payload[..11], 11, 0, 3).unwrap_err();
-    }
-
-    #[test]
-    fn the_reach_is_that_of_the_main_stream() {
-        let payload = assemble(vec![vec![1; 30], vec![], vec![3; 20], vec![4; 5]], 2, 40);
-        let length = payload.len() as u32;
-        assert_eq!(payload[..16], [20, 0, 0, 0, 30, 0, 0, 0, 0, 0, 0, 0, 20, 0, 0, 0]);
-        let opening = Opening::read(&payload[..16], length, 2, 2).unwrap().unwrap();
-        let (before, streams) = (vec![16..46, 46..46], vec![46..66, 66..71]);
-        assert_eq!(opening, Opening { before, streams, reach: 20 });
+        Opening::read(&payload[..12], 41, 3).unwrap_err();
+        Opening::read(&payload[..11], 11, 3).unwrap_err();
     }
 }

@@ -17,10 +17,10 @@ use std::sync::{Mutex, PoisonError};
 /// with so many to learn from it costs less than 2 % of the bits.
 const LEAST: u32 = 3 << 10;
 
-/// How many regions so many items have in a file of `streams` streams, if they can have several: the vertices of a pass,
-/// if it visits the best supported one first, or the faces that split bits are about.
-pub(crate) fn regions(streams: u32, items: u32, divisible: bool) -> u32 {
-    if divisible && items / LEAST >= streams { streams } else { 1 }
+/// How many regions a pass over `vertices` vertices has in a file of `streams` streams: several only if it
+/// visits the best supported vertex first.
+pub(crate) fn regions(streams: u32, vertices: u32, by_support: bool) -> u32 {
+    if by_support && vertices / LEAST >= streams { streams } else { 1 }
 }
 
 /// What is known of each vertex.

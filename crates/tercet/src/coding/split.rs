@@ -17,7 +17,6 @@ use crate::entropy::{Coder, Counter};
 use crate::mesh::Surface;
 
 /// The models of split bits; they live as long as the file.
-#[derive(Clone)]
 pub(crate) enum SplitModels {
     /// One opinion.
     Counted(Vec<Counter>),
@@ -29,9 +28,7 @@ pub(crate) enum SplitModels {
 /// What is decided of the faces of a surface.
 struct Course<'a> {
     sketch: &'a Sketch,
-    /// The first face that is asked about.
-    first: usize,
-    /// Of each face from it on 0 until it is decided, then 4 if it is split and 1 if not.
+    /// Of each face 0 until it is decided, then 4 if it is split and 1 if not.
     outcomes: Vec<u8>,
     /// Of each vertex the [`Counts`] of the faces at it.
     counts: Vec<Counts>,
@@ -70,19 +67,11 @@ impl SplitModels {
         }
     }
 
-    /// Codes `split`, one entry for each of a run of the faces of `surface` from the `first` on; nothing is known of the
-    /// others. Time O(n) of all vertices.
-    pub fn code<C: Coder>(
-        &mut self,
-        coder: &mut C,
-        surface: &Surface,
-        sketch: &Sketch,
-        first: usize,
-        split: &mut [bool],
-    ) {
-        let mut course = Course::new(surface, sketch, first, split.len());
-        let faces = surface.vertex.chunks_exact(3).zip(surface.opposite.chunks_exact(3)).skip(first);
-        for (index, ((corners, opposites), bit)) in (first..).zip(faces.zip(split)) {
+    /// Codes `split`, one entry a face of `surface`; time O(n).
+    pub fn code<C: Coder>(&mut self, coder: &mut C, surface: &Surface, sketch: &Sketch, split: &mut [bool]) {
+        let mut course = Course::new(surface, sketch);
+        let faces = surface.vertex.chunks_exact(3).zip(surface.opposite.chunks_exact(3));
+        for (index, ((corners, opposites), bit)) in faces.zip(split).enumerate() {
             let corners = [corners[0], corners[1], corners[2]];
             let opposites = [opposites[0], opposites[1], opposites[2]];
             let face = course.look(index, corners, opposites);
@@ -101,11 +90,10 @@ impl SplitModels {
 }
 
 impl<'a> Course<'a> {
-    fn new(surface: &'a Surface, sketch: &'a Sketch, first: usize, faces: usize) -> Self {
+    fn new(surface: &'a Surface, sketch: &'a Sketch) -> Self {
         Course {
             sketch,
-            first,
-            outcomes: vec![0; faces],
+            outcomes: vec![0; surface.faces() as usize],
             counts: vec![Counts::default(); surface.vertices as usize],
             threshold: Threshold::default(),
         }
@@ -126,22 +114,15 @@ impl<'a> Course<'a> {
             corners,
             opposites,
             area,
-            neighbours: opposites.map(|o| self.outcome(o)).iter().sum::<u8>().into(),
+            neighbours: opposites.map(|o| self.outcomes[(o / 3) as usize]).iter().sum::<u8>().into(),
             around: corners.iter().fold(Counts(0), |sum, &v| sum.plus(self.counts[v as usize])),
             local,
         }
     }
 
-    /// Of the face of a corner; 0 if it is not asked about.
-    #[inline(always)]
-    fn outcome(&self, corner: u32) -> u8 {
-        let face = ((corner / 3) as usize).wrapping_sub(self.first);
-        self.outcomes.get(face).copied().unwrap_or(0)
-    }
-
     #[inline(always)]
     fn note(&mut self, index: usize, corners: [u32; 3], split: bool) {
-        self.outcomes[index - self.first] = if split { 4 } else { 1 };
+        self.outcomes[index] = if split { 4 } else { 1 };
         let area = self.sketch.area[index];
         if area != VIRTUAL {
             self.threshold.learn(area, split);

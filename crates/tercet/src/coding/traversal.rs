@@ -31,7 +31,7 @@ pub(crate) struct Share {
 
 impl Share {
     /// The share of `count` items.
-    pub fn range(self, count: u32) -> Range<u32> {
+    fn range(self, count: u32) -> Range<u32> {
         let bound = |i: u32| (count as u64 * i as u64 / self.of as u64) as u32;
         bound(self.index)..bound(self.index + 1)
     }

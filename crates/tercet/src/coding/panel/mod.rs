@@ -23,7 +23,6 @@ const RATE: i32 = 400;
 /// selects weights of its own; the logits that they give are averaged, and all learn from the error of the
 /// average. So a set with few values learns soon what holds in general, and those with many add what is
 /// special.
-#[derive(Clone)]
 pub(crate) struct Panel<const N: usize, const S: usize> {
     counters: Vec<Counter>,
     start: [usize; N],

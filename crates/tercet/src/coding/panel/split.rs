@@ -6,7 +6,6 @@ use super::{Births, Panel};
 use crate::entropy::Coder;
 
 /// The contexts of the mixed model and nine more.
-#[derive(Clone)]
 pub(crate) struct SplitPanel {
     bits: Panel<13, 5>,
     pub births: Births,
