@@ -36,7 +36,7 @@ use crate::Error;
 /// The first bytes of a file. The first has its high bit set, so that no text begins like this.
 const MAGIC: [u8; 4] = [0x8A, b'T', b'C', b'T'];
 /// The version of the format that this build writes and reads.
-pub const VERSION: u8 = 10;
+pub const VERSION: u8 = 11;
 /// Most bytes that a header may take: thousands of sections, yet nothing to hold in memory.
 const MAX_HEADER: u64 = 1 << 16;
 /// Bytes of the CRC-32 after the header.
