@@ -72,6 +72,7 @@ pub(crate) fn run(count: usize) -> usize {
 }
 
 /// Calls `work` for the index of every entry and the entry.
+#[cfg(feature = "rayon")]
 pub(crate) fn for_entries<T: Send>(entries: &mut [T], work: impl Fn(usize, &mut T) + Sync) {
     let run = run(entries.len());
     for_each(entries.chunks_mut(run).enumerate().collect(), |(i, entries)| {
@@ -79,6 +80,12 @@ pub(crate) fn for_entries<T: Send>(entries: &mut [T], work: impl Fn(usize, &mut 
             work(index, entry);
         }
     });
+}
+
+/// Calls `work` for the index of every entry and the entry.
+#[cfg(not(feature = "rayon"))]
+pub(crate) fn for_entries<T>(entries: &mut [T], work: impl Fn(usize, &mut T)) {
+    entries.iter_mut().enumerate().for_each(|(i, entry)| work(i, entry));
 }
 
 /// So many sums of what `account` adds to them for each of the items, by `add`. Sums must not depend on the order of

@@ -10,7 +10,6 @@ use super::vector::{COORDINATE_LIMIT, Point};
 use crate::Effort;
 use crate::mesh::Surface;
 use crate::parallel;
-use std::ops::AddAssign;
 
 /// Estimates of late vertices have so many bits behind the point.
 pub(crate) const ESTIMATE_BITS: u32 = 3;
@@ -33,6 +32,9 @@ pub(crate) fn rounded(p: Point) -> Point {
     p.map(|x| (x + (1 << (ESTIMATE_BITS - 1))) >> ESTIMATE_BITS)
 }
 
+/// A point or what it is off by, and a zero: processors add four numbers of 32 bits at once.
+type Padded = [i32; 4];
+
 /// Smooths the estimates of the vertices from `first` on; `points` has an entry a vertex, and those of virtual
 /// ones become 0. Time O(n).
 pub(crate) fn relax(surface: &Surface, points: &mut [Point], first: u32, effort: Effort) {
@@ -40,30 +42,8 @@ pub(crate) fn relax(surface: &Surface, points: &mut [Point], first: u32, effort:
     let neighbours = real_neighbours(surface);
     // So that virtual vertices add nothing to a sum.
     points[..real].fill([0; 3]);
-    let longest = points.iter().flatten().fold(0, |most, x| most.max(x.unsigned_abs())) as u64;
-    let most = neighbours.iter().copied().max().unwrap_or(0) as u64;
-    // A difference is at most twice as long. Sums of 32 bits are what processors add four of at once.
-    if 2 * longest * most <= i32::MAX as u64 {
-        smooth::<i32>(surface, points, first, &neighbours, effort);
-    } else {
-        smooth::<i64>(surface, points, first, &neighbours, effort);
-    }
-}
-
-/// A point or what it is off by, and a number that means nothing: four are added as fast as three.
-type Padded<T> = [T; 4];
-
-/// As [`relax`], with sums of a type that can hold them.
-fn smooth<T: From<i32> + Into<i64> + AddAssign + Copy + Sync>(
-    surface: &Surface,
-    points: &mut [Point],
-    first: usize,
-    neighbours: &[u32],
-    effort: Effort,
-) {
-    let real = surface.virtuals as usize;
-    let mut sums = vec![[T::from(0); 4]; points.len()];
-    let mut values: Vec<Padded<i32>> = vec![[0; 4]; points.len()];
+    let mut sums = vec![Padded::default(); points.len()];
+    let mut values = sums.clone();
     for _ in 0..sweeps(effort) {
         for (value, &[x, y, z]) in values.iter_mut().zip(points.iter()) {
             *value = [x, y, z, 0];
@@ -78,7 +58,7 @@ fn smooth<T: From<i32> + Into<i64> + AddAssign + Copy + Sync>(
             let v = first + i;
             let second = from_mean(sums[v], neighbours[v], values[v]);
             for (x, second) in point.iter_mut().zip(second) {
-                *x = (*x - second / 2).clamp(-LARGEST, LARGEST);
+                *x = x.saturating_sub(second / 2).clamp(-LARGEST, LARGEST);
             }
         });
     }
@@ -95,17 +75,13 @@ fn real_neighbours(surface: &Surface) -> Vec<u32> {
     count
 }
 
-/// For each vertex the sum of `values` over its neighbours: each follows it in one face.
-fn sum_neighbours<T: From<i32> + AddAssign + Copy>(
-    surface: &Surface,
-    values: &[Padded<i32>],
-    sums: &mut [Padded<T>],
-) {
-    sums.fill([T::from(0); 4]);
+/// For each vertex the sum of `values` over its neighbours, modulo 2³²: each follows it in one face.
+fn sum_neighbours(surface: &Surface, values: &[Padded], sums: &mut [Padded]) {
+    sums.fill(Padded::default());
     for [a, b, c] in corners(surface) {
         for (v, neighbour) in [(a, b), (b, c), (c, a)] {
             let (sum, value) = (&mut sums[v as usize], values[neighbour as usize]);
-            (0..4).for_each(|k| sum[k] += value[k].into());
+            (0..4).for_each(|k| sum[k] = sum[k].wrapping_add(value[k]));
         }
     }
 }
@@ -115,20 +91,18 @@ fn corners(surface: &Surface) -> impl Iterator<Item = [u32; 3]> + '_ {
     surface.vertex.as_chunks::<3>().0.iter().copied()
 }
 
-/// The mean of `count` values of the given sum, less `value`, rounded towards 0; 0 without values.
-fn from_mean<T: Into<i64>>(sum: Padded<T>, count: u32, [x, y, z, _]: Padded<i32>) -> Padded<i32> {
+/// The mean of how far `count` values of the given sum are from `value`, rounded towards 0; 0 without values. Only what
+/// they are together counts modulo 2³²: coordinates of any size come near to that by no face that is not as large.
+fn from_mean(sum: Padded, count: u32, value: Padded) -> Padded {
     let n = count as usize;
-    let off = |sum: T, value: i32| {
-        let sum: i64 = sum.into();
-        let mean = match n {
-            0 => return 0,
-            1..=reciprocal::LARGEST => divide_signed(sum, n),
-            _ => sum / n as i64,
-        };
-        (mean - value as i64).clamp(-LARGEST as i64, LARGEST as i64) as i32
-    };
-    let [a, b, c, _] = sum;
-    [off(a, x), off(b, y), off(c, z), 0]
+    [0, 1, 2, 3].map(|k| {
+        let off = sum[k].wrapping_sub(value[k].wrapping_mul(count as i32));
+        match n {
+            0 => 0,
+            1..=reciprocal::LARGEST => divide_signed(off.into(), n) as i32,
+            _ => (i64::from(off) / i64::from(count)) as i32,
+        }
+    })
 }
 
 #[cfg(test)]
@@ -163,6 +137,15 @@ mod tests {
         let far = COORDINATE_LIMIT;
         let mut points: Vec<Point> =
             (0..surface.vertices as i32).map(|v| precise([far * (v % 2 * 2 - 1), -far, far])).collect();
+        relax(&surface, &mut points, surface.virtuals, Effort::Default);
+        assert!(points.iter().flatten().all(|x| x.abs() <= LARGEST));
+        // A vertex at an end among others there, whose own neighbours are at the other.
+        let surface = cut(&grid(5, 5)).surface;
+        let middle = surface.virtuals as usize + 12;
+        let mut points = vec![precise([-far; 3]); surface.vertices as usize];
+        let ring =
+            surface.fan(surface.any_corner()[middle]).map(|c| surface.at(crate::mesh::next(c)) as usize);
+        ring.chain([middle]).for_each(|v| points[v] = precise([far; 3]));
         relax(&surface, &mut points, surface.virtuals, Effort::Default);
         assert!(points.iter().flatten().all(|x| x.abs() <= LARGEST));
         assert_eq!(rounded(precise([far, -far, 5])), [far - 1, 1 - far, 5]);
