@@ -17,11 +17,13 @@ pub(crate) struct Star {
     count: usize,
     known: Members,
     known_wings: Members,
+    /// Those that have a face with the one after them: all, or all but the last if the ring goes on.
+    faces: Members,
 }
 
 impl Default for Star {
     fn default() -> Self {
-        Star { members: [NONE; MOST], wings: [NONE; MOST], count: 0, known: 0, known_wings: 0 }
+        Star { members: [NONE; MOST], wings: [NONE; MOST], count: 0, known: 0, known_wings: 0, faces: 0 }
     }
 }
 
@@ -30,7 +32,7 @@ impl Star {
     #[inline(always)]
     pub fn gather(&mut self, surface: &Surface, corner: u32, known: &[bool]) {
         let (mut c, mut count) = (corner, 0);
-        (self.known, self.known_wings) = (0, 0);
+        (self.known, self.known_wings, self.faces) = (0, 0, Members::MAX);
         loop {
             let (member, wing) = (surface.at(next(c)), surface.at(surface.across(c)));
             (self.members[count], self.wings[count]) = (member, wing);
@@ -42,8 +44,7 @@ impl Star {
                 break;
             }
             if count == MOST {
-                // The ring goes on: the last member's face is not one with the first.
-                self.known_wings &= Members::MAX >> 1;
+                self.faces = Members::MAX >> 1;
                 break;
             }
         }
@@ -79,7 +80,7 @@ impl Star {
     }
 
     fn pairs(&self) -> Members {
-        self.known & self.after(1)
+        self.known & self.after(1) & self.faces
     }
 
     fn all(&self) -> Members {
@@ -156,6 +157,10 @@ mod tests {
         let mut star = Star::default();
         star.gather(&surface, corner, &vec![true; surface.vertices as usize]);
         assert_eq!((star.members().len(), star.known()), (MOST, Members::MAX));
-        assert_eq!(star.parallelograms(), Members::MAX >> 1);
+        assert_eq!((star.parallelograms(), star.unknown_wings()), (Members::MAX >> 1, 0));
+        let ring = star.members().to_vec();
+        let of_ring: Vec<bool> = (0..surface.vertices).map(|v| ring.contains(&v)).collect();
+        star.gather(&surface, corner, &of_ring);
+        assert_eq!((star.parallelograms(), star.unknown_wings()), (0, Members::MAX >> 1));
     }
 }

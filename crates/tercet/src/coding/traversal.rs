@@ -167,8 +167,8 @@ impl Traversal {
                 }
                 _ => (star.wing(i), PARALLELOGRAM),
             };
-            // Virtual vertices are never visited.
-            if let Some(i) = raised.checked_sub(self.first) {
+            // Virtual vertices are never visited; and where faces lie back to back the vertex is around itself.
+            if let Some(i) = raised.checked_sub(self.first).filter(|_| !self.known[raised as usize]) {
                 queue.raise(i, by);
             }
         }
@@ -248,8 +248,9 @@ impl Queue {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Mesh;
     use crate::mesh::{cut, next, prev};
-    use crate::shapes::{grid, sphere, torus};
+    use crate::shapes::{grid, shuffled, sphere, torus};
 
     /// All vertices in the order of their visits.
     fn visits(surface: &Surface, mut traversal: Traversal) -> Vec<u32> {
@@ -300,6 +301,42 @@ mod tests {
         }
     }
 
+    /// A globe of so many meridians, with three rows of vertices between its poles.
+    fn globe(meridians: u32) -> Mesh {
+        let vertices = 3 * meridians + 2;
+        let at = |row: u32, i: u32| row * meridians + i % meridians;
+        let mut mesh = Mesh { positions: vec![[0.0; 3]; vertices as usize], faces: Vec::new() };
+        for i in 0..meridians {
+            mesh.faces.push([vertices - 2, at(0, i), at(0, i + 1)]);
+            mesh.faces.push([vertices - 1, at(2, i + 1), at(2, i)]);
+            for row in 0..2 {
+                let quad = [at(row, i), at(row + 1, i), at(row + 1, i + 1), at(row, i + 1)];
+                mesh.faces.extend([[quad[0], quad[1], quad[2]], [quad[0], quad[2], quad[3]]]);
+            }
+        }
+        mesh
+    }
+
+    #[test]
+    fn around_hubs_and_back_to_back_every_vertex_is_visited_once() {
+        let two_sided =
+            |faces: &[[u32; 3]]| faces.iter().flat_map(|&[a, b, c]| [[a, b, c], [a, c, b]]).collect();
+        let triangle = Mesh { positions: vec![[0.0; 3]; 3], faces: two_sided(&[[0, 1, 2]]) };
+        let sheet = Mesh { faces: two_sided(&grid(6, 5).faces), ..grid(6, 5) };
+        let mut fin = grid(6, 5);
+        fin.faces.extend([[7, 8, 9], [9, 8, 7]]);
+        let globes = (31..36).flat_map(|n| (0..40).map(move |seed| shuffled(&globe(n), seed)));
+        for mesh in [triangle, sheet, fin].into_iter().chain(globes) {
+            let surface = cut(&mesh).surface;
+            for known in [0, 1, 5, 11, 20, 40] {
+                let first = (surface.virtuals + known).min(surface.vertices);
+                let mut order = visits(&surface, Support::new(&surface, first).visit_all());
+                order.sort_unstable();
+                assert!(order.into_iter().eq(first..surface.vertices));
+            }
+        }
+    }
+
     #[test]
     fn by_number_the_order_is_that_of_numbers() {
         let surface = cut(&grid(5, 4)).surface;
@@ -327,7 +364,7 @@ mod tests {
     fn a_hub_takes_linear_time() {
         // A fan of triangles around one vertex: a step that walked the hub's ring would make it quadratic.
         let count = 200_000u32;
-        let mut mesh = crate::Mesh { positions: vec![[0.0; 3]; count as usize + 1], faces: Vec::new() };
+        let mut mesh = Mesh { positions: vec![[0.0; 3]; count as usize + 1], faces: Vec::new() };
         mesh.faces.extend((1..count).map(|v| [0, v, v + 1]));
         let surface = cut(&mesh).surface;
         let order = visits(&surface, Support::new(&surface, surface.virtuals).visit_all());
