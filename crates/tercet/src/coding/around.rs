@@ -159,7 +159,7 @@ fn middle(corners: [Point; 3], masks: [i32; 3], origin: Point) -> Vector {
 pub(super) struct Parallelograms([i32x4; 3]);
 
 impl Parallelograms {
-    /// What a point that is not there has in the place of an offset: no known one is so far.
+    /// The offset of a point that is not there: farther than any on a surface whose coordinates are not nearly as large.
     const NONE: i32 = 1 << 30;
 
     #[inline(always)]

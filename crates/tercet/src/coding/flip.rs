@@ -220,7 +220,7 @@ impl Edge {
     /// Values of [`set`](Edge::set).
     pub const SETS: usize = 64;
 
-    /// The one opinion of the fast profile.
+    /// The first opinion, and the only one of the fast profile.
     #[inline(always)]
     fn context(&self) -> usize {
         let ends = self.ends[0].wrapping_add(self.ends[1]);

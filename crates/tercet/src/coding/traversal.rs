@@ -22,21 +22,6 @@ const PARALLELOGRAM: u8 = 8;
 const DEGREES: u32 = u128::BITS;
 const HIGHEST: u8 = DEGREES as u8 - 1;
 
-/// A share of the faces or vertices of a surface: the `index`th `of` so many.
-#[derive(Clone, Copy)]
-pub(crate) struct Share {
-    pub index: u32,
-    pub of: u32,
-}
-
-impl Share {
-    /// The share of `count` items.
-    fn range(self, count: u32) -> Range<u32> {
-        let bound = |i: u32| (count as u64 * i as u64 / self.of as u64) as u32;
-        bound(self.index)..bound(self.index + 1)
-    }
-}
-
 /// How well each vertex of a pass is supported before it: what the visits of all its shares begin with.
 #[derive(Clone)]
 pub(crate) struct Support {
@@ -88,9 +73,9 @@ impl Support {
     pub fn bounds(&self, surface: &Surface, shares: u32) -> Vec<u32> {
         let is_smallest =
             |c: &u32| surface.at(*c).checked_sub(self.first).is_some_and(|i| self.corner[i as usize] == *c);
-        let mut in_order = (0..).zip((0..surface.vertex.len() as u32).filter(is_smallest));
-        let begins = (0..shares).map(|index| {
-            let Range { start, .. } = Share { index, of: shares }.range(self.corner.len() as u32);
+        let mut in_order = (0u64..).zip((0..surface.vertex.len() as u32).filter(is_smallest));
+        let begins = (0..shares as u64).map(|share| {
+            let start = self.corner.len() as u64 * share / shares as u64;
             in_order.find(|&(rank, _)| rank >= start).map_or(u32::MAX, |(_, corner)| corner)
         });
         begins.chain(once(u32::MAX)).collect()

@@ -77,17 +77,11 @@ impl Frequencies {
     /// The distribution, with a floor for every symbol.
     #[inline(always)]
     pub fn cumulative(&self) -> Cumulative {
-        self.mean(self)
-    }
-
-    /// The mean of two distributions, with a floor for every symbol.
-    #[inline(always)]
-    pub fn mean(&self, other: &Frequencies) -> Cumulative {
-        let sum = |i: usize| {
-            let sum = self.0[i] + other.0[i];
-            sum - (sum >> 7_i32) + i16x8::new(FLOORS[i])
+        let half = |i: usize| {
+            let twice = self.0[i] + self.0[i];
+            twice - (twice >> 7_i32) + i16x8::new(FLOORS[i])
         };
-        Cumulative([sum(0) & i16x8::new(REST), sum(1)])
+        Cumulative([half(0) & i16x8::new(REST), half(1)])
     }
 
     /// Learns a symbol.
@@ -121,33 +115,31 @@ mod tests {
     #[test]
     fn what_is_written_is_read_and_frequent_symbols_cost_little() {
         let even = Frequencies::new(std::array::from_fn(|i| 1024 * i as i16));
-        let (mut fast, mut slow) = (even, even);
+        let mut frequencies = even;
         let mut encoder = Encoder::new();
         for s in sequence() {
-            encoder.symbol(s, fast.mean(&slow));
-            fast.learn(s);
-            slow.learn(12 - s);
+            encoder.symbol(s, frequencies.cumulative());
+            frequencies.learn(s);
         }
         let bytes = encoder.finish();
-        let (mut fast, mut slow) = (even, even);
+        let mut frequencies = even;
         let mut decoder = Decoder::new(&bytes);
         for s in sequence() {
-            assert_eq!(decoder.symbol(0, fast.mean(&slow)), s);
-            fast.learn(s);
-            slow.learn(12 - s);
+            assert_eq!(decoder.symbol(0, frequencies.cumulative()), s);
+            frequencies.learn(s);
         }
         let mut certain = even;
         (0..2000).for_each(|_| certain.learn(15));
-        assert_eq!(certain.mean(&certain).interval(15), [120, 1 << TOTAL_BITS]);
+        assert_eq!(certain.cumulative().interval(15), [120, 1 << TOTAL_BITS]);
         (0..2000).for_each(|_| certain.learn(0));
-        assert_eq!(certain.mean(&certain).interval(0)[1], (1 << TOTAL_BITS) - 2 - 255 + 8);
+        assert_eq!(certain.cumulative().interval(0)[1], (1 << TOTAL_BITS) - 2 - 255 + 8);
     }
 
     #[test]
     fn every_slot_belongs_to_the_symbol_whose_interval_holds_it() {
         let mut frequencies = Frequencies::new(std::array::from_fn(|i| 1024 * i as i16));
         sequence().for_each(|s| frequencies.learn(s));
-        let cumulative = frequencies.mean(&frequencies);
+        let cumulative = frequencies.cumulative();
         for slot in 0..=i16::MAX {
             let [low, high] = cumulative.interval(cumulative.find(slot));
             assert!((low..high).contains(&(slot as u32)), "{slot}");
