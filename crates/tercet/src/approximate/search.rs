@@ -10,8 +10,8 @@ use std::rc::Rc;
 use super::candidate::{Family, Shape, Source};
 use super::{Approximated, Bound, Method};
 use crate::container::{self, Approximation};
-use crate::decode::Info;
 use crate::encode::encode_stretched;
+use crate::info::Info;
 use crate::metrics::{Comparison, MetricsOptions, compare};
 use crate::{EncodeOptions, Encoded, Error, Limits, Mesh, Progress, Result, decode, encode};
 

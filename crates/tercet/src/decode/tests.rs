@@ -1,7 +1,7 @@
 //! Files that are hostile in what checksums do not see.
 
 use super::*;
-use crate::container::Reader;
+use crate::container::{self, Reader};
 use crate::shapes::{Random, noisy, scan};
 use crate::{EncodeOptions, Scheme, encode, subdivide};
 
