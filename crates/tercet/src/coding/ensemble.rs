@@ -155,9 +155,7 @@ impl EnsembleModels {
                 let around = Neighbourhood::new(&ring, pass, turn, rough);
                 let vertex = Vertex::new(around, &ring, &beyond, self, turn.estimate);
                 let expected = vertex.points[EXPECTED];
-                let twin = twins
-                    .as_mut()
-                    .and_then(|twins| self.twins.code(coder, twins, expected, turn.target, turn.positions));
+                let twin = self.twins.code(coder, twins, expected, turn.target, turn.positions);
                 let (point, trail) = match twin {
                     Some(point) => {
                         let normal = vertex.around.normal;

@@ -59,10 +59,7 @@ impl PositionModels {
             }
             let around = Neighbourhood::new(&ring, pass, turn, rough);
             let expected = around.expected;
-            let twin = twins
-                .as_mut()
-                .and_then(|twins| self.twins.code(coder, twins, expected, turn.target, turn.positions));
-            let (point, off) = match twin {
+            let (point, off) = match self.twins.code(coder, twins, expected, turn.target, turn.positions) {
                 Some(point) => (point, Roughness::at(point, expected, around.normal, pass.order)),
                 None => self.vertex(coder, &around, pass.order, turn.target),
             };

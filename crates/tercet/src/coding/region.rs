@@ -13,7 +13,7 @@ use crate::entropy::Coder;
 use crate::parallel;
 use std::sync::{Mutex, PoisonError};
 
-/// A region has at least so many items: its models begin with what those of the first have learnt, and
+/// A region has at least so many vertices: its models begin with what those of the first have learnt, and
 /// with so many to learn from it costs less than 2 % of the bits.
 const LEAST: u32 = 3 << 10;
 

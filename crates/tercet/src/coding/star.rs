@@ -87,23 +87,17 @@ impl Star {
         Members::MAX >> (MOST - self.count)
     }
 
-    /// Members of which the one so many places later is known.
+    /// Members of which the one so many places, at most all, later is known.
     #[inline(always)]
     pub fn after(&self, places: usize) -> Members {
-        self.turned(places)
+        let twice = self.known as u64 | (self.known as u64) << self.count;
+        (twice >> places) as Members & self.all()
     }
 
     /// Members of which the one so many places before is known.
     #[inline(always)]
     pub fn before(&self, places: usize) -> Members {
-        self.turned(self.count.saturating_sub(places))
-    }
-
-    /// The known members so many places, at most all, earlier.
-    #[inline(always)]
-    fn turned(&self, places: usize) -> Members {
-        let twice = self.known as u64 | (self.known as u64) << self.count;
-        (twice >> places) as Members & self.all()
+        self.after(self.count.saturating_sub(places))
     }
 }
 

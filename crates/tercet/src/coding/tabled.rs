@@ -263,9 +263,7 @@ impl TableModels {
                     None => plain(coder, pass, target),
                     Some(around) => {
                         let expected = around.expected;
-                        let twin = twins
-                            .as_mut()
-                            .and_then(|twins| self.twins.code(coder, twins, expected, target, positions));
+                        let twin = self.twins.code(coder, twins, expected, target, positions);
                         twin.unwrap_or_else(|| self.vertex(coder, &around, target))
                     }
                 },

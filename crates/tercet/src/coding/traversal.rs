@@ -125,7 +125,7 @@ impl Traversal {
     /// The vertex to be visited and a corner of it, if one is left.
     pub fn next(&self) -> Option<(u32, u32)> {
         let i = match &self.queue {
-            Some(queue) => queue.first()?,
+            Some(queue) => queue.best()?,
             None => self.visited,
         };
         self.corner.get(i as usize).map(|&corner| (self.first + i, corner))
@@ -192,7 +192,7 @@ impl Queue {
     }
 
     /// The last item of the highest degree: what lies near it has just been looked at.
-    fn first(&self) -> Option<u32> {
+    fn best(&self) -> Option<u32> {
         let degree = self.occupied.checked_ilog2()?;
         Some(self.before[self.degree.len() + degree as usize])
     }

@@ -237,9 +237,21 @@ impl TwinModels {
     }
 
     /// Codes where the vertex whose turn it is lies, which is `expected` in 1/256 and `target` when encoding, if it has
-    /// a twin. Time O(1).
-    #[inline(never)]
+    /// a twin and the pass looks for `twins`. Time O(1).
+    #[inline(always)]
     pub fn code<C: Coder>(
+        &mut self,
+        coder: &mut C,
+        twins: &mut Option<Twins>,
+        expected: Vector,
+        target: Point,
+        positions: &[Point],
+    ) -> Option<Point> {
+        self.among(coder, twins.as_mut()?, expected, target, positions)
+    }
+
+    #[inline(never)]
+    fn among<C: Coder>(
         &mut self,
         coder: &mut C,
         twins: &mut Twins,
@@ -374,7 +386,7 @@ mod tests {
     /// Codes all vertices from 60 on, each expected a little beside where it lies; which were coded by twins.
     fn code<C: Coder>(coder: &mut C, targets: &[Point]) -> (Vec<Point>, Vec<bool>) {
         let (_, surface, known, twins) = pass(60);
-        let (mut models, mut twins) = (TwinModels::new(), twins);
+        let (mut models, mut twins) = (TwinModels::new(), Some(twins));
         let (mut positions, mut by_twin) = (known.clone(), Vec::new());
         for v in 60..surface.vertices {
             let expected = known[v as usize].map(|x| 256 * x as i64 + 300);
@@ -382,7 +394,7 @@ mod tests {
             let coded = models.code(coder, &mut twins, expected, target, &positions);
             by_twin.push(coded.is_some());
             positions[v as usize] = coded.unwrap_or(known[v as usize]);
-            twins.note(v, &positions);
+            twins.as_mut().unwrap().note(v, &positions);
         }
         (positions, by_twin)
     }
